@@ -1,0 +1,42 @@
+# Common tasks. TORCH chooses the build of PyTorch: the default is the small CPU build;
+# a person with a GPU runs, say,  make demo TORCH="torch --index-url URL-OF-THE-CUDA-BUILD".
+PYTHON ?= python3
+TORCH ?= torch==2.13.0
+VENV ?= .venv
+BIN := $(VENV)/bin
+JOBS ?= 2
+
+.PHONY: demo test test-all lint bench docs clean
+
+demo: $(VENV)/.demo
+	$(BIN)/demospec demo --out runs/demo
+
+$(VENV)/bin/pip:
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/pip install -q --upgrade pip
+
+# torch goes first: a bare range would bring gigabytes of CUDA packages.
+$(VENV)/.demo: pyproject.toml | $(VENV)/bin/pip
+	$(BIN)/pip install -q $(TORCH)
+	$(BIN)/pip install -q -e ".[vision]"
+	touch $@
+
+$(VENV)/.dev: pyproject.toml | $(VENV)/bin/pip
+	$(BIN)/pip install -q $(TORCH)
+	$(BIN)/pip install -q -e ".[all,dev]"
+	touch $@ $(VENV)/.demo
+
+lint: $(VENV)/.dev
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+test: $(VENV)/.dev
+	$(BIN)/pytest -q -n $(JOBS)
+
+test-all: $(VENV)/.dev
+	$(BIN)/pytest -q -n $(JOBS) -m "slow or not slow"
+
+clean:
+	rm -rf $(VENV) runs

@@ -1,0 +1,5 @@
+"""``python -m demospec.cli``."""
+
+from demospec.cli._app import main
+
+main()

@@ -1,0 +1,98 @@
+"""The `demospec` command: its subcommands, and what every error turns into.
+
+Exit status: 0 success, 2 bad input or a missing extra (one line on stderr), 1 our own failure,
+130 on Ctrl-C.
+"""
+
+from __future__ import annotations
+
+import importlib
+import os
+import sys
+
+import typer
+
+from demospec.errors import DemospecError
+
+COMMANDS = (
+    "demo", "simulate", "check", "audit", "convert", "detect", "pretrain", "fit", "predict",
+    "evaluate", "identify", "sample", "repair", "causes", "rules", "query", "plan", "export",
+    "execute", "studio", "reproduce", "report",
+)  # fmt: skip
+"""Every command, in the order of the flow; `demospec.cli._NAME.NAME` is its function."""
+
+
+def build_app() -> typer.Typer:
+    """The Typer application with every command of `COMMANDS`."""
+    app = typer.Typer(
+        name="demospec",
+        help="Turn robot demonstrations into specifications that people can read, check and "
+        "plan with.",
+        no_args_is_help=True,
+        add_completion=False,
+        pretty_exceptions_enable=False,
+        rich_markup_mode=None,
+        context_settings={"help_option_names": ["-h", "--help"]},
+    )
+    for name in COMMANDS:
+        module = importlib.import_module(f"demospec.cli._{name}")
+        register = getattr(module, "register", None)
+        if register is not None:  # a command with subcommands
+            register(app)
+        else:
+            app.command(name)(getattr(module, name))
+
+    @app.callback(invoke_without_command=True)
+    def version(
+        version: bool = typer.Option(False, "--version", help="Print the version and stop."),
+    ) -> None:
+        if version:
+            from importlib.metadata import version as installed
+
+            typer.echo(f"demospec {installed('demospec')}")
+            raise typer.Exit()
+
+    return app
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Run the command line; the console entry point."""
+    try:
+        status = build_app()(args=arguments, standalone_mode=False)
+        raise SystemExit(status if isinstance(status, int) else 0)
+    except SystemExit:
+        raise
+    except KeyboardInterrupt:
+        _say("stopped")
+        raise SystemExit(130) from None
+    except DemospecError as error:
+        _say(str(error))
+        raise SystemExit(2) from None
+    except BrokenPipeError:
+        # Whoever read our output closed it (`demospec … | head`): nothing is wrong.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+        raise SystemExit(0) from None
+    except Exception as error:
+        _usage_or_failure(error)
+
+
+def _usage_or_failure(error: Exception) -> None:
+    # Typer carries its own copy of click in newer versions: ask the exception, not its class.
+    if type(error).__name__ == "Abort":
+        _say("stopped")
+        raise SystemExit(130) from None
+    message = getattr(error, "format_message", None)
+    if message is not None:
+        _say(" ".join(str(message()).split()))
+        raise SystemExit(int(getattr(error, "exit_code", 2))) from None
+    if os.environ.get("DEMOSPEC_TRACEBACK"):
+        raise error
+    _say(
+        f"internal failure: {type(error).__name__}: {error} "
+        "(this is our mistake; set DEMOSPEC_TRACEBACK=1 to see where)"
+    )
+    raise SystemExit(1) from None
+
+
+def _say(message: str) -> None:
+    sys.stderr.write("demospec: " + " ".join(message.splitlines()) + "\n")

@@ -1,0 +1,120 @@
+"""What commands share: options, JSON on stdout, tables for people, a bar for long work."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from demospec.progress import Progress
+
+Json = Annotated[bool, typer.Option("--json", help="One JSON document on stdout.")]
+Seed = Annotated[int, typer.Option("--seed", min=0, max=2**31 - 1, help="Random seed.")]
+Out = Annotated[Path | None, typer.Option("--out", help="Write the result there.")]
+OutFolder = Annotated[Path, typer.Option("--out", help="Folder to make.")]
+Force = Annotated[bool, typer.Option("--force", help="Replace what is there.")]
+SetFolder = Annotated[Path, typer.Argument(metavar="SET", help="A demonstration set (folder).")]
+ModelPath = Annotated[
+    Path, typer.Argument(metavar="MODEL", help="A model folder, or a rule file (JSON).")
+]
+
+
+def print_json(document: object) -> None:
+    """One JSON document on stdout, nothing else."""
+    from demospec.files import to_json
+
+    sys.stdout.write(to_json(document) + "\n")
+
+
+def save_json(document: object, out: Path | None) -> None:
+    """Writes the document where `--out` says, and says so on stderr."""
+    if out is not None:
+        from demospec.files import write_json
+
+        write_json(out, document)
+        say(f"wrote {out}")
+
+
+def say(message: str) -> None:
+    """A message for the person: stderr, so that stdout stays data."""
+    sys.stderr.write(message + "\n")
+
+
+def print_table(
+    title: str, header: Sequence[str], rows: Sequence[Sequence[Any]], note: str = ""
+) -> None:
+    """A table on stdout; numbers right-aligned."""
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(title=title or None, box=box.SIMPLE_HEAD, title_justify="left")
+    for i, name in enumerate(header):
+        numeric = all(isinstance(row[i], (int, float)) for row in rows) and bool(rows)
+        table.add_column(Text(name), justify="right" if numeric else "left")
+    for row in rows:
+        table.add_row(*[Text(_cell(value)) for value in row])
+    console = Console(highlight=False, width=None if sys.stdout.isatty() else 120)
+    console.print(table)
+    if note:
+        console.print(Text(note))
+
+
+def _cell(value: Any) -> str:
+    if value is None:
+        return "–"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return f"{value:.3g}" if isinstance(value, float) else str(value)
+
+
+@contextmanager
+def progress_bar(after_s: float = 2.0) -> Iterator[Progress]:
+    """Progress bars on stderr for stages that last; shown once `after_s` seconds have passed."""
+    shown = _Bars(after_s)
+    try:
+        yield shown
+    finally:
+        shown.close()
+
+
+class _Bars:
+    def __init__(self, after_s: float) -> None:
+        self.after_s = after_s
+        self.began = time.monotonic()
+        self.bars: Any = None
+        self.tasks: dict[str, Any] = {}
+
+    def __call__(self, what: str, done: float, total: float) -> None:
+        if self.bars is None:
+            if time.monotonic() - self.began < self.after_s:
+                return
+            self._open()
+        if what not in self.tasks:
+            self.tasks[what] = self.bars.add_task(what, total=total)
+        self.bars.update(self.tasks[what], completed=done, total=total)
+
+    def _open(self) -> None:
+        from rich.console import Console
+        from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+        from rich.progress import TimeRemainingColumn as Remaining
+
+        self.bars = Progress(
+            TextColumn("{task.description}"),
+            BarColumn(),
+            TextColumn("{task.percentage:>3.0f}%"),
+            TimeElapsedColumn(),
+            Remaining(),
+            console=Console(stderr=True),
+        )
+        self.bars.start()
+
+    def close(self) -> None:
+        if self.bars is not None:
+            self.bars.stop()

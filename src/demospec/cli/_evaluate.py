@@ -1,0 +1,10 @@
+"""`demospec evaluate`."""
+
+from __future__ import annotations
+
+from demospec.errors import DemospecError
+
+
+def evaluate() -> None:
+    """Not yet."""
+    raise DemospecError("evaluate: not yet")

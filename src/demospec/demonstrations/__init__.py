@@ -1,0 +1,49 @@
+"""Demonstrations: paths, Bézier curves, labelled sets and their files, the model protocol."""
+
+from demospec.demonstrations._bezier import (
+    bernstein,
+    bezier_basis,
+    bezier_points,
+    densify,
+    fit_bezier,
+    resample,
+)
+from demospec.demonstrations._protocol import (
+    DifferentiableView,
+    Paths,
+    ValidityModel,
+    View,
+    p_valid_mean,
+)
+from demospec.demonstrations._schema import parse
+from demospec.demonstrations._set import DemonstrationSet
+from demospec.demonstrations._store import pictures_in_memory, read_set, write_set
+from demospec.demonstrations._trajectory import (
+    MAX_COORDINATE,
+    Demonstration,
+    Demonstrations,
+    checked_points,
+)
+
+__all__ = [
+    "MAX_COORDINATE",
+    "Demonstration",
+    "DemonstrationSet",
+    "Demonstrations",
+    "DifferentiableView",
+    "Paths",
+    "ValidityModel",
+    "View",
+    "bernstein",
+    "bezier_basis",
+    "bezier_points",
+    "checked_points",
+    "densify",
+    "fit_bezier",
+    "p_valid_mean",
+    "parse",
+    "pictures_in_memory",
+    "read_set",
+    "resample",
+    "write_set",
+]

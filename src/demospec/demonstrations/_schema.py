@@ -1,0 +1,162 @@
+"""The set format as pydantic models: what is checked on reading, and the JSON Schema source."""
+
+from __future__ import annotations
+
+import math
+import os
+from typing import Annotated, Any, Literal, TypeVar
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
+
+from demospec.demonstrations._trajectory import MAX_COORDINATE
+from demospec.errors import InputError
+from demospec.files import to_json
+from demospec.scene import Disc, Picture, Polygon, Scene, SceneObject, rectangle
+
+M = TypeVar("M", bound=BaseModel)
+
+
+def _coordinate(value: float) -> float:
+    if not math.isfinite(value) or abs(value) > MAX_COORDINATE:
+        raise ValueError(f"must be a finite number of size at most {MAX_COORDINATE:.0e}")
+    return value
+
+
+Coordinate = Annotated[float, AfterValidator(_coordinate)]
+Name = Annotated[str, Field(min_length=1, max_length=1000)]
+
+
+class _Strict(BaseModel):
+    model_config = ConfigDict(extra="allow", strict=True)
+
+
+class Header(_Strict):
+    """``dataset.json``."""
+
+    format: Literal["demospec"]
+    version: Annotated[int, Field(ge=1)] = 1
+    name: str = "unnamed"
+    units: str = "px"
+    metres_per_unit: Annotated[float, Field(gt=0, allow_inf_nan=False)] | None = None
+    symbols: list[Name] = []
+    types: list[Name] = []
+    columns: Annotated[list[Name], Field(min_length=2)] = ["x", "y"]
+
+
+class ObjectLine(_Strict):
+    """One object of a scene."""
+
+    id: Name
+    symbol: Name
+    center: Annotated[list[Coordinate], Field(min_length=2)]
+    bbox: Annotated[list[Coordinate], Field(min_length=4, max_length=4)] | None = None
+    polygon: (
+        Annotated[
+            list[Annotated[list[Coordinate], Field(min_length=2, max_length=2)]],
+            Field(min_length=3),
+        ]
+        | None
+    ) = None
+    radius: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
+
+    def to_object(self) -> SceneObject:
+        """The object; its footprint is the polygon, else the disc, else the box."""
+        center = (self.center[0], self.center[1])
+        box = (
+            None if self.bbox is None else (self.bbox[0], self.bbox[1], self.bbox[2], self.bbox[3])
+        )
+        footprint: Polygon | Disc | None = None
+        if self.polygon is not None:
+            footprint = Polygon(self.polygon)
+        elif self.radius is not None:
+            footprint = Disc(center, self.radius)
+        elif box is not None:
+            footprint = rectangle(*box)
+        return SceneObject(self.id, self.symbol, center, box, footprint)
+
+
+class SceneLine(_Strict):
+    """One line of ``scenes/metadata.jsonl``. An empty list of objects means *not listed*."""
+
+    file_name: Name | None = None
+    scene_id: Name
+    split: Name = "train"
+    start: Annotated[list[Coordinate], Field(min_length=2)]
+    goal: Annotated[list[Coordinate], Field(min_length=2)]
+    objects: list[ObjectLine] | None = None
+
+    def to_scene(self, picture: Picture | None) -> Scene:
+        """The scene, with a picture that the caller opened."""
+        objects = tuple(o.to_object() for o in self.objects) if self.objects else None
+        return Scene(
+            scene_id=self.scene_id,
+            start=tuple(self.start),
+            goal=tuple(self.goal),
+            objects=objects,
+            picture=picture,
+            split=self.split,
+            extra=tuple((self.model_extra or {}).items()),
+        )
+
+    @staticmethod
+    def of(scene: Scene, file_name: str | None) -> _Line:
+        """The line that describes `scene`."""
+        return _Line(
+            {
+                "file_name": file_name,
+                "scene_id": scene.scene_id,
+                "split": scene.split,
+                "start": list(scene.start),
+                "goal": list(scene.goal),
+                "objects": [o.to_json() for o in scene.objects or ()],
+                **dict(scene.extra),
+            }
+        )
+
+
+class _Line:
+    def __init__(self, document: dict[str, Any]) -> None:
+        self.document = document
+
+    def line(self) -> str:
+        """One line of JSON, with its line feed."""
+        import json
+
+        return json.dumps(self.document, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def parse(
+    model: type[M],
+    document: object,
+    *,
+    file: str | os.PathLike[str] | None = None,
+    row: int | str | None = None,
+) -> M:
+    """Validates a JSON document against a model.
+
+    Raises:
+        InputError: The first fault, with the field's path in the document.
+    """
+    try:
+        return model.model_validate(document)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        field = ".".join(str(part) for part in first["loc"]) or None
+        found = first["input"] if first["type"] != "missing" else "nothing"
+        if isinstance(found, (dict, list)):
+            found = f"{type(found).__name__} {to_short(found)}"
+        message = str(first["msg"]).removeprefix("Value error, ")
+        expected = "a value" if first["type"] == "missing" else _expected(message)
+        raise InputError(expected, found, file=file, row=row, field=field) from error
+
+
+def _expected(message: str) -> str:
+    return message.replace("Input should be ", "").replace("must be ", "").strip()
+
+
+def to_short(value: object) -> str:
+    """The beginning of a JSON value, for a message."""
+    try:
+        return to_json(value)[:60]
+    except ValueError:
+        return repr(value)[:60]

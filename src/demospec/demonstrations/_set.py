@@ -1,0 +1,169 @@
+"""A set of demonstrations over scenes: the thing that every command reads."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from demospec.demonstrations._trajectory import Demonstrations
+from demospec.errors import InputError
+from demospec.scene import Scene
+
+
+@dataclass(frozen=True)
+class DemonstrationSet:
+    """Demonstrations over top-down scenes, validated on construction.
+
+    Args:
+        scenes: At least one, with unique ids.
+        demonstrations: At least one, with unique ids, each in a scene of the set.
+        name: Free text.
+        units: Unit of the coordinates, ``px`` for picture pixels.
+        metres_per_unit: > 0, or None where unknown.
+        symbols: Class words. Words that scenes use and this omits are refused.
+        types: User types. Types that demonstrations use and this omits are refused.
+        columns: What a point holds; ``x``, ``y`` first.
+        extra: Further keys of ``dataset.json``, kept as they came.
+
+    Raises:
+        InputError: With field and row; `demospec.demonstrations.read_set` adds the file.
+    """
+
+    scenes: tuple[Scene, ...]
+    demonstrations: Demonstrations
+    name: str = "unnamed"
+    units: str = "px"
+    metres_per_unit: float | None = None
+    symbols: tuple[str, ...] = ()
+    types: tuple[str, ...] = ()
+    columns: tuple[str, ...] = ("x", "y")
+    extra: tuple[tuple[str, Any], ...] = field(default=(), compare=False)
+
+    def __post_init__(self) -> None:
+        _check_header(self)
+        _check_scenes(self)
+        _check_demonstrations(self)
+
+    @cached_property
+    def scene_index(self) -> dict[str, int]:
+        """Scene id → position in `scenes`."""
+        return {scene.scene_id: i for i, scene in enumerate(self.scenes)}
+
+    def scene(self, scene_id: str) -> Scene:
+        """The scene of that id; InputError lists some of those there are."""
+        if scene_id not in self.scene_index:
+            known = ", ".join(list(self.scene_index)[:8])
+            raise InputError(f"a scene of the set ({known}, …)", scene_id, field="scene_id")
+        return self.scenes[self.scene_index[scene_id]]
+
+    def select(self, chosen: ArrayLike) -> DemonstrationSet:
+        """The same scenes with only the demonstrations of a mask or of rows."""
+        return replace(self, demonstrations=self.demonstrations.rows(chosen))
+
+    def of_split(self, split: str) -> DemonstrationSet:
+        """Only the scenes of one split and their demonstrations."""
+        scenes = tuple(s for s in self.scenes if s.split == split)
+        if not scenes:
+            found = ", ".join(sorted({s.split for s in self.scenes}))
+            raise InputError(f"scenes of split {split}", f"only {found}", field="split")
+        keep = {s.scene_id for s in scenes}
+        mask = np.array([s in keep for s in self.demonstrations.scene_id], dtype=bool)
+        return replace(self, scenes=scenes, demonstrations=self.demonstrations.rows(mask))
+
+    def rows_by_scene(self) -> dict[str, np.ndarray]:
+        """Scene id → rows of its demonstrations, in order; scenes without any are absent."""
+        index = np.array([self.scene_index[s] for s in self.demonstrations.scene_id])
+        order = np.argsort(index, kind="stable")
+        values, first = np.unique(index[order], return_index=True)
+        parts = np.split(order, first[1:])
+        return {self.scenes[v].scene_id: rows for v, rows in zip(values, parts, strict=True)}
+
+
+def _check_header(s: DemonstrationSet) -> None:
+    scale = s.metres_per_unit
+    if scale is not None and not (math.isfinite(scale) and scale > 0):
+        raise InputError("a number > 0 or null", scale, field="metres_per_unit")
+    for name, words in (("types", s.types), ("symbols", s.symbols), ("columns", s.columns)):
+        twice = [word for word, n in Counter(words).items() if n > 1]
+        if twice:
+            raise InputError("each name once", f"{twice[0]} twice", field=name)
+        if any(not word for word in words):
+            raise InputError("names that are not empty", "''", field=name)
+    if s.columns[:2] != ("x", "y"):
+        raise InputError("x, y first", list(s.columns), field="columns")
+
+
+def _check_scenes(s: DemonstrationSet) -> None:
+    if not s.scenes:
+        raise InputError("at least one scene", "none", field="scenes")
+    seen: set[str] = set()
+    symbols = set(s.symbols)
+    for row, scene in enumerate(s.scenes):
+        if scene.scene_id in seen:
+            raise InputError("each scene once", scene.scene_id, row=row, field="scene_id")
+        seen.add(scene.scene_id)
+        ids: set[str] = set()
+        for item in scene.objects or ():
+            if item.id in ids:
+                raise InputError("each object once", item.id, row=row, field="objects.id")
+            ids.add(item.id)
+            if item.symbol not in symbols:
+                expected = f"one of the set's symbols ({', '.join(s.symbols) or 'none'})"
+                raise InputError(expected, item.symbol, row=row, field="objects.symbol")
+
+
+def _check_demonstrations(s: DemonstrationSet) -> None:
+    d = s.demonstrations
+    if len(d) == 0:
+        raise InputError("at least one demonstration", "none", field="demonstrations")
+    if d.flat.shape[1] != len(s.columns):
+        expected = f"{len(s.columns)} numbers a point ({', '.join(s.columns)})"
+        raise InputError(expected, d.flat.shape[1], field="points")
+    if len(set(d.demo_id)) != len(d):
+        row, name = _first_repeat(d.demo_id)
+        raise InputError("each demonstration once", name, row=row, field="demo_id")
+    known = s.scene_index
+    for row, scene_id in enumerate(d.scene_id):
+        if scene_id not in known:
+            raise InputError("a scene of the set", scene_id, row=row, field="scene_id")
+    types = set(s.types)
+    for row, word in enumerate(d.type):
+        if word is not None and word not in types:
+            expected = f"one of the set's types ({', '.join(s.types) or 'none'})"
+            raise InputError(expected, word, row=row, field="type")
+    _check_inside(s)
+
+
+def _check_inside(s: DemonstrationSet) -> None:
+    """Refuses points further outside the picture than the picture is wide."""
+    if all(scene.picture is None for scene in s.scenes):
+        return
+    d = s.demonstrations
+    sizes = np.array([scene.size_px or (np.inf, np.inf) for scene in s.scenes], dtype=np.float64)
+    index = np.array([s.scene_index[name] for name in d.scene_id], dtype=np.int64)
+    size = sizes[np.repeat(index, np.diff(d.offsets))]
+    slack = size[:, :1]
+    outside = ((d.flat[:, :2] < -slack) | (d.flat[:, :2] > size + slack)).any(axis=1)
+    if outside.any():
+        point = int(np.flatnonzero(outside)[0])
+        row = int(np.searchsorted(d.offsets, point, side="right")) - 1
+        width, height = size[point]
+        expected = f"points within one picture width of the picture ({width:g}x{height:g})"
+        x, y = d.flat[point, :2]
+        found = f"[{x:g}, {y:g}] in point {point - int(d.offsets[row])}"
+        raise InputError(expected, found, row=row, field="points")
+
+
+def _first_repeat(names: np.ndarray) -> tuple[int, str]:
+    seen: set[str] = set()
+    for row, name in enumerate(names):
+        if name in seen:
+            return row, str(name)
+        seen.add(name)
+    raise AssertionError("no name repeats")

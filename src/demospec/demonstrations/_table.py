@@ -1,0 +1,222 @@
+"""demonstrations.parquet ↔ `Demonstrations`, column by column without a loop over points."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from demospec.demonstrations._trajectory import MAX_COORDINATE, Demonstrations
+from demospec.errors import InputError
+from demospec.frames import FloatArray
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+
+def schema() -> pa.Schema:
+    """The columns of ``demonstrations.parquet``."""
+    import pyarrow as pa
+
+    return pa.schema(
+        [
+            pa.field("demo_id", pa.string(), nullable=False),
+            pa.field("scene_id", pa.string(), nullable=False),
+            pa.field("type", pa.string()),
+            pa.field("demonstrator", pa.string()),
+            pa.field("valid", pa.bool_()),
+            pa.field("points", pa.list_(pa.list_(pa.float64())), nullable=False),
+            pa.field("t", pa.list_(pa.float64())),
+        ]
+    )
+
+
+def read_table(file: Path, *, columns: int) -> Demonstrations:
+    """Reads ``demonstrations.parquet``; every point has `columns` numbers.
+
+    Raises:
+        InputError: Not Parquet, a column missing or of another type, a null where none may be,
+            ragged points, a number that is not finite or too large.
+    """
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    if not file.is_file():
+        raise InputError("a Parquet file", "no such file", file=file)
+    try:
+        table = pq.read_table(file, partitioning=None)
+    except (pa.ArrowException, OSError) as error:
+        raise InputError("a Parquet file", str(error).split("\n")[0], file=file) from error
+    return from_arrow(table, file=file, columns=columns)
+
+
+def from_arrow(table: pa.Table, *, file: Path, columns: int, first_row: int = 0) -> Demonstrations:
+    """The demonstrations of an Arrow table (a whole file or one batch of it)."""
+    import pyarrow as pa
+
+    text = pa.string()
+    demo_id = _column(table, "demo_id", text, file, required=True, first_row=first_row)
+    scene_id = _column(table, "scene_id", text, file, required=True, first_row=first_row)
+    type_ = _column(table, "type", text, file, first_row=first_row)
+    demonstrator = _column(table, "demonstrator", text, file, first_row=first_row)
+    valid = _column(table, "valid", pa.bool_(), file, first_row=first_row)
+    nested = pa.list_(pa.list_(pa.float64()))
+    points = _column(table, "points", nested, file, required=True, first_row=first_row)
+    flat, offsets = _points(points, columns, file, first_row)
+    stamps = _column(table, "t", pa.list_(pa.float64()), file, first_row=first_row)
+    known = np.asarray(valid.is_valid().to_numpy(zero_copy_only=False), dtype=bool)
+    truth = np.asarray(valid.fill_null(False).to_numpy(zero_copy_only=False), dtype=np.int8)
+    return Demonstrations(
+        demo_id=_text(demo_id),
+        scene_id=_text(scene_id),
+        type=_text(type_),
+        demonstrator=_text(demonstrator),
+        valid=np.where(known, truth, -1).astype(np.int8),
+        flat=flat,
+        offsets=offsets,
+        t=_times(stamps, offsets, file, first_row),
+    )
+
+
+def _column(
+    table: pa.Table,
+    name: str,
+    kind: pa.DataType,
+    file: Path,
+    *,
+    required: bool = False,
+    first_row: int = 0,
+) -> Any:
+    import pyarrow as pa
+
+    if table.column_names.count(name) > 1:
+        raise InputError("one column of that name", "several", file=file, field=name)
+    if name not in table.column_names:
+        if required:
+            found = f"columns {', '.join(table.column_names) or 'none'}"
+            raise InputError(f"a column {name}", found, file=file, field=name)
+        return pa.nulls(len(table), kind)
+    column = table[name].combine_chunks()
+    if isinstance(column, pa.ChunkedArray):
+        column = pa.concat_arrays(column.chunks) if column.chunks else pa.nulls(0, kind)
+    if column.type != kind:
+        try:
+            if pa.types.is_boolean(kind) and not pa.types.is_null(column.type):
+                raise pa.ArrowInvalid("not boolean")
+            if pa.types.is_string(kind) and pa.types.is_integer(column.type):
+                raise pa.ArrowInvalid("not text")
+            column = column.cast(kind)
+        except (pa.ArrowException, ValueError, TypeError) as error:
+            raise InputError(str(kind), str(column.type), file=file, field=name) from error
+    if required and column.null_count:
+        row = int(np.flatnonzero(column.is_null().to_numpy(zero_copy_only=False))[0])
+        raise InputError("a value", "null", file=file, row=first_row + row, field=name)
+    return column
+
+
+def _text(column: Any) -> np.ndarray:
+    out = np.empty(len(column), dtype=object)
+    out[:] = column.to_pylist()
+    return out
+
+
+def _points(column: Any, columns: int, file: Path, first_row: int) -> tuple[FloatArray, np.ndarray]:
+    raw = column.offsets.to_numpy()
+    inner = column.values.slice(raw[0], raw[-1] - raw[0]) if len(raw) else column.values
+    offsets = (raw - raw[0]).astype(np.int64) if len(raw) else np.zeros(1, np.int64)
+
+    def row_of(point: int) -> int:
+        return first_row + int(np.searchsorted(offsets, point, side="right")) - 1
+
+    lengths = np.diff(offsets)
+    if (lengths == 0).any():
+        row = first_row + int(np.flatnonzero(lengths == 0)[0])
+        raise InputError("at least one point", "none", file=file, row=row, field="points")
+    if inner.null_count:
+        point = int(np.flatnonzero(inner.is_null().to_numpy(zero_copy_only=False))[0])
+        raise InputError("numbers", "null", file=file, row=row_of(point), field="points")
+    ends = inner.offsets.to_numpy()
+    sizes = np.diff(ends)
+    if (sizes != columns).any():
+        point = int(np.flatnonzero(sizes != columns)[0])
+        expected = f"{columns} numbers a point"
+        raise InputError(expected, int(sizes[point]), file=file, row=row_of(point), field="points")
+    numbers = inner.values.slice(ends[0], ends[-1] - ends[0]) if len(ends) else inner.values
+    if numbers.null_count:
+        at = int(np.flatnonzero(numbers.is_null().to_numpy(zero_copy_only=False))[0])
+        raise InputError("numbers", "null", file=file, row=row_of(at // columns), field="points")
+    flat = numbers.to_numpy(zero_copy_only=False).reshape(-1, columns)
+    wrong = ~(np.abs(flat) <= MAX_COORDINATE)
+    if wrong.any():
+        point, axis = np.argwhere(wrong)[0]
+        expected = f"finite numbers of size at most {MAX_COORDINATE:.0e}"
+        row = row_of(int(point))
+        found = f"{flat[point, axis]} in point {int(point) - int(offsets[row - first_row])}"
+        raise InputError(expected, found, file=file, row=row, field="points")
+    return flat, offsets
+
+
+def _times(column: Any, offsets: np.ndarray, file: Path, first_row: int) -> FloatArray | None:
+    if column.null_count == len(column):
+        return None
+    out = np.full(int(offsets[-1]), np.nan)
+    raw = column.offsets.to_numpy()
+    given = column.is_valid().to_numpy(zero_copy_only=False)
+    values = column.values
+    if values.null_count:
+        raise InputError("numbers", "null", file=file, field="t")
+    numbers = values.to_numpy(zero_copy_only=False)
+    for i in np.flatnonzero(given):
+        stamps = numbers[raw[i] : raw[i + 1]]
+        count = int(offsets[i + 1] - offsets[i])
+        row = first_row + int(i)
+        if len(stamps) != count:
+            expected = f"{count} time stamps (one a point)"
+            raise InputError(expected, len(stamps), file=file, row=row, field="t")
+        if not np.isfinite(stamps).all():
+            raise InputError("finite seconds", "NaN or infinity", file=file, row=row, field="t")
+        out[offsets[i] : offsets[i + 1]] = stamps
+    return out
+
+
+def to_arrow(data: Demonstrations) -> pa.Table:
+    """The Arrow table of some demonstrations."""
+    import pyarrow as pa
+
+    count, columns = data.flat.shape
+    inner = pa.ListArray.from_arrays(
+        pa.array(np.arange(count + 1) * columns, pa.int32()),
+        pa.array(np.ascontiguousarray(data.flat).ravel(), pa.float64()),
+    )
+    points = pa.ListArray.from_arrays(pa.array(data.offsets, pa.int32()), inner)
+    stamps: Any = pa.nulls(len(data), pa.list_(pa.float64()))
+    if data.t is not None:
+        starts = data.offsets[:-1]
+        missing = np.isnan(data.t[starts])
+        ends = pa.array(data.offsets, pa.int32(), mask=np.append(missing, False))
+        stamps = pa.ListArray.from_arrays(ends, pa.array(data.t, pa.float64()))
+        if missing.any():
+            rows = [None if m else data.t[a:b].tolist() for m, a, b in
+                    zip(missing, data.offsets[:-1], data.offsets[1:], strict=True)]  # fmt: skip
+            stamps = pa.array(rows, pa.list_(pa.float64()))
+    valid = pa.array(data.valid == 1, pa.bool_(), mask=data.valid < 0)
+    return pa.Table.from_arrays(
+        [
+            pa.array(data.demo_id, pa.string()),
+            pa.array(data.scene_id, pa.string()),
+            pa.array(data.type, pa.string()),
+            pa.array(data.demonstrator, pa.string()),
+            valid,
+            points,
+            stamps,
+        ],
+        schema=schema(),
+    )
+
+
+def write_table(data: Demonstrations, file: Path) -> None:
+    """Writes ``demonstrations.parquet`` (into a folder that the caller renames into place)."""
+    import pyarrow.parquet as pq
+
+    pq.write_table(to_arrow(data), file, compression="zstd")

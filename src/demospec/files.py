@@ -1,0 +1,156 @@
+"""Reading and writing files without ever harming one.
+
+Outputs are written to a temporary name beside their place and renamed; an existing output
+is replaced only where the caller says so.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from demospec.errors import InputError, OutputError
+
+
+@contextmanager
+def writing_file(path: str | os.PathLike[str], *, replace: bool = True) -> Iterator[Path]:
+    """Yields a temporary path beside `path`; renames it into place when the block succeeds.
+
+    Raises:
+        OutputError: `path` is a folder, exists and `replace` is False, or cannot be written.
+    """
+    target = Path(path)
+    _refuse(target, replace=replace, folder=False)
+    temporary: Path | None = None
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(
+            prefix=f".{target.name[:80]}.", suffix=target.suffix, dir=target.parent
+        )
+        os.close(handle)
+        temporary = Path(name)
+        yield temporary
+        umask = os.umask(0)
+        os.umask(umask)
+        temporary.chmod(0o666 & ~umask)
+        os.replace(temporary, target)
+    except OSError as error:
+        raise OutputError(f"{target}: cannot write: {error.strerror or error}") from error
+    finally:
+        if temporary is not None:
+            temporary.unlink(missing_ok=True)
+
+
+@contextmanager
+def writing_folder(path: str | os.PathLike[str], *, replace: bool = False) -> Iterator[Path]:
+    """Yields a temporary folder beside `path`; renames it into place when the block succeeds.
+
+    Raises:
+        OutputError: `path` exists (and is not an empty folder) and `replace` is False, or
+            the disk refuses.
+    """
+    target = Path(path)
+    _refuse(target, replace=replace, folder=True)
+    temporary: Path | None = None
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        temporary = Path(tempfile.mkdtemp(prefix=f".{target.name[:80]}.", dir=target.parent))
+        umask = os.umask(0)
+        os.umask(umask)
+        temporary.chmod(0o777 & ~umask)
+        yield temporary
+        old: Path | None = None
+        if target.exists():
+            # A folder cannot be replaced in one step: the old one stays whole beside it
+            # until the new one has its name.
+            old = Path(tempfile.mkdtemp(prefix=f".{target.name[:80]}.old.", dir=target.parent))
+            os.replace(target, old / "old")
+        os.replace(temporary, target)
+        if old is not None:
+            shutil.rmtree(old, ignore_errors=True)
+    except OSError as error:
+        raise OutputError(f"{target}: cannot write: {error.strerror or error}") from error
+    finally:
+        if temporary is not None and temporary.exists():
+            shutil.rmtree(temporary, ignore_errors=True)
+
+
+def _refuse(target: Path, *, replace: bool, folder: bool) -> None:
+    if not target.exists():
+        return
+    if folder and target.is_dir():
+        if not replace and any(target.iterdir()):
+            raise OutputError(f"{target}: exists and is not empty (use --force to replace it)")
+    elif folder:
+        raise OutputError(f"{target}: is a file, a folder is to be written there")
+    elif target.is_dir():
+        raise OutputError(f"{target}: is a folder, a file is to be written there")
+    elif not replace:
+        raise OutputError(f"{target}: exists (use --force to replace it)")
+
+
+def write_json(path: str | os.PathLike[str], document: object, *, replace: bool = True) -> None:
+    """Writes one JSON document, UTF-8, without NaN, through a temporary name."""
+    with writing_file(path, replace=replace) as temporary:
+        temporary.write_text(to_json(document) + "\n", encoding="utf-8")
+
+
+def to_json(document: object) -> str:
+    """JSON text, indented by one blank, without NaN (which no JSON reader need accept)."""
+    return json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False)
+
+
+def read_json(path: str | os.PathLike[str], *, limit_bytes: int = 1 << 30) -> Any:
+    """Reads one JSON document; NaN and infinities are refused.
+
+    Raises:
+        InputError: Unreadable, not UTF-8, not JSON, or larger than `limit_bytes`.
+    """
+    file = Path(path)
+    return parse_json(read_bytes(file, limit_bytes=limit_bytes), file=file)
+
+
+def read_bytes(path: str | os.PathLike[str], *, limit_bytes: int = 1 << 30) -> bytes:
+    """The bytes of a regular file; InputError where it cannot be read or is too large."""
+    file = Path(path)
+    try:
+        if file.exists() and not file.is_file():
+            raise InputError("a file", "a folder or device", file=file)
+        size = file.stat().st_size
+        if size > limit_bytes:
+            raise InputError(f"at most {limit_bytes} bytes", f"{size} bytes", file=file)
+        return file.read_bytes()
+    except OSError as error:
+        raise InputError("a readable file", error.strerror or str(error), file=file) from error
+    except ValueError as error:  # a NUL byte in the path
+        raise InputError("a readable file", str(error), file=repr(str(path))) from error
+
+
+def parse_json(
+    data: bytes, *, file: str | os.PathLike[str] | None = None, row: int | None = None
+) -> Any:
+    """One JSON document from bytes; InputError names the place of the fault."""
+
+    def refuse(token: str) -> float:
+        raise InputError("a finite number", token, file=file, row=row)
+
+    try:
+        return json.loads(data.decode("utf-8"), parse_constant=refuse)
+    except UnicodeDecodeError as error:
+        found = f"byte {data[error.start]:#04x} at offset {error.start}"
+        raise InputError("UTF-8 text", found, file=file, row=row) from error
+    except json.JSONDecodeError as error:
+        found = f"{error.msg} at line {error.lineno} column {error.colno}"
+        raise InputError("a JSON document", found, file=file, row=row) from error
+    except RecursionError as error:
+        raise InputError(
+            "a JSON document", "brackets nested too deep", file=file, row=row
+        ) from error
+    except ValueError as error:  # an integer with more digits than Python converts
+        raise InputError("a JSON document", str(error), file=file, row=row) from error

@@ -1,0 +1,149 @@
+"""Footprints: the outline of an object on the table, with exact signed distance.
+
+Pixel frame throughout. Signed distance is negative inside and zero on the rim.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from demospec.errors import InputError
+from demospec.frames import FloatArray
+
+
+class Footprint(Protocol):
+    """A closed region of the plane with a signed distance to its rim."""
+
+    @property
+    def bounds(self) -> tuple[float, float, float, float]:
+        """(x_min, y_min, x_max, y_max), pixels."""
+        ...
+
+    def signed_distance(self, points: ArrayLike) -> FloatArray:
+        """Shape (..., 2) → (...): pixels to the rim, negative inside."""
+        ...
+
+    def moved(self, by: ArrayLike) -> Footprint:
+        """The same footprint translated by `by` (2,), pixels."""
+        ...
+
+
+@dataclass(frozen=True)
+class Disc:
+    """Centre (2,) and radius > 0, pixels (a radius of 0 is a point)."""
+
+    center: tuple[float, float]
+    radius: float
+
+    @property
+    def bounds(self) -> tuple[float, float, float, float]:
+        (x, y), r = self.center, self.radius
+        return (x - r, y - r, x + r, y + r)
+
+    def signed_distance(self, points: ArrayLike) -> FloatArray:
+        p = np.asarray(points, dtype=np.float64)[..., :2]
+        return np.hypot(p[..., 0] - self.center[0], p[..., 1] - self.center[1]) - self.radius
+
+    def moved(self, by: ArrayLike) -> Disc:
+        dx, dy = np.asarray(by, dtype=np.float64)
+        return Disc((self.center[0] + float(dx), self.center[1] + float(dy)), self.radius)
+
+
+@dataclass(frozen=True)
+class Capsule:
+    """All points within `radius` of the segment from `start` to `end`, pixels."""
+
+    start: tuple[float, float]
+    end: tuple[float, float]
+    radius: float
+
+    @property
+    def bounds(self) -> tuple[float, float, float, float]:
+        r = self.radius
+        xs, ys = (self.start[0], self.end[0]), (self.start[1], self.end[1])
+        return (min(xs) - r, min(ys) - r, max(xs) + r, max(ys) + r)
+
+    def signed_distance(self, points: ArrayLike) -> FloatArray:
+        p = np.asarray(points, dtype=np.float64)[..., :2]
+        a, b = np.asarray(self.start), np.asarray(self.end)
+        along = b - a
+        length2 = float(along @ along)
+        t = np.clip((p - a) @ along / length2, 0.0, 1.0) if length2 > 0 else np.zeros(p.shape[:-1])
+        nearest = a + t[..., None] * along
+        return np.asarray(np.linalg.norm(p - nearest, axis=-1) - self.radius)
+
+    def moved(self, by: ArrayLike) -> Capsule:
+        dx, dy = (float(v) for v in np.asarray(by, dtype=np.float64))
+        return Capsule(
+            (self.start[0] + dx, self.start[1] + dy),
+            (self.end[0] + dx, self.end[1] + dy),
+            self.radius,
+        )
+
+
+class Polygon:
+    """A simple polygon (convex or not), vertices (k, 2) with k ≥ 3, pixels; implicitly closed.
+
+    Inside is decided by the even-odd rule, distance by the nearest edge.
+    """
+
+    def __init__(self, vertices: ArrayLike) -> None:
+        v = np.array(vertices, dtype=np.float64)
+        if v.ndim != 2 or v.shape[0] < 3 or v.shape[1] != 2 or not np.isfinite(v).all():
+            raise InputError("at least three finite [x, y] corners", v.tolist(), field="polygon")
+        v.setflags(write=False)
+        self.vertices = v
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Polygon) and np.array_equal(self.vertices, other.vertices)
+
+    def __hash__(self) -> int:
+        return hash(self.vertices.tobytes())
+
+    def __repr__(self) -> str:
+        return f"Polygon({len(self.vertices)} vertices)"
+
+    @property
+    def bounds(self) -> tuple[float, float, float, float]:
+        low, high = self.vertices.min(axis=0), self.vertices.max(axis=0)
+        return (float(low[0]), float(low[1]), float(high[0]), float(high[1]))
+
+    def signed_distance(self, points: ArrayLike) -> FloatArray:
+        p = np.asarray(points, dtype=np.float64)[..., :2]
+        flat = p.reshape(-1, 2)
+        out = np.empty(len(flat))
+        edges = len(self.vertices)
+        # Blocks of at most a few million (point, edge) pairs keep the memory bounded.
+        step = max(1, 1_000_000 // edges)
+        for low in range(0, len(flat), step):
+            out[low : low + step] = self._block(flat[low : low + step])
+        return out.reshape(p.shape[:-1])
+
+    def _block(self, p: FloatArray) -> FloatArray:
+        a = self.vertices
+        b = np.roll(a, -1, axis=0)
+        ex, ey = (b - a).T
+        length2 = ex * ex + ey * ey
+        dx = p[:, 0, None] - a[None, :, 0]
+        dy = p[:, 1, None] - a[None, :, 1]
+        t = np.clip((dx * ex + dy * ey) / np.where(length2 > 0, length2, 1.0), 0.0, 1.0)
+        gap2 = (dx - t * ex) ** 2 + (dy - t * ey) ** 2
+        # Even-odd rule: count the edges that a ray to the right of the point crosses.
+        straddles = (a[None, :, 1] > p[:, 1, None]) != (b[None, :, 1] > p[:, 1, None])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            crossing_x = a[None, :, 0] + dy * (ex / ey)
+        inside = (straddles & (p[:, 0, None] < crossing_x)).sum(axis=1) % 2 == 1
+        distance = np.sqrt(gap2.min(axis=1))
+        return np.asarray(np.where(inside, -distance, distance))
+
+    def moved(self, by: ArrayLike) -> Polygon:
+        return Polygon(self.vertices + np.asarray(by, dtype=np.float64))
+
+
+def rectangle(x: float, y: float, width: float, height: float) -> Polygon:
+    """The axis-aligned box with top-left corner (x, y) as a `Polygon`, pixels."""
+    return Polygon([[x, y], [x + width, y], [x + width, y + height], [x, y + height]])

@@ -1,0 +1,197 @@
+"""What a scene is: a top-down picture, the objects in it, a start and a goal."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from demospec.errors import CannotJudgeError, InputError
+from demospec.scene._footprints import Disc, Footprint, Polygon, rectangle
+
+Image = NDArray[np.uint8]
+
+MAX_PICTURE_PIXELS = 64_000_000
+"""Largest picture that is decoded; a larger one is taken for a decompression bomb."""
+
+
+@dataclass(frozen=True)
+class SceneObject:
+    """One object on the table.
+
+    Args:
+        id: Unique in its scene.
+        symbol: Class word, such as ``glass``.
+        center: Pixels.
+        bbox: (x, y, width, height), pixels, or None.
+        footprint: Outline on the table, or None where it is not known. Read from
+            ``polygon``, else from ``radius``, else from ``bbox`` (as a rectangle).
+    """
+
+    id: str
+    symbol: str
+    center: tuple[float, float]
+    bbox: tuple[float, float, float, float] | None = None
+    footprint: Footprint | None = None
+
+    @property
+    def outline(self) -> Footprint:
+        """The footprint where known, else the centre as a disc of radius 0."""
+        return self.footprint if self.footprint is not None else Disc(self.center, 0.0)
+
+    def moved(self, by: ArrayLike) -> SceneObject:
+        """The same object translated by `by` (2,), pixels."""
+        dx, dy = (float(v) for v in np.asarray(by, dtype=np.float64))
+        box = self.bbox and (self.bbox[0] + dx, self.bbox[1] + dy, self.bbox[2], self.bbox[3])
+        shape = self.footprint.moved((dx, dy)) if self.footprint is not None else None
+        return replace(
+            self, center=(self.center[0] + dx, self.center[1] + dy), bbox=box, footprint=shape
+        )
+
+    def to_json(self) -> dict[str, Any]:
+        """The object as in ``scenes/metadata.jsonl``."""
+        document: dict[str, Any] = {
+            "id": self.id,
+            "symbol": self.symbol,
+            "center": list(self.center),
+        }
+        if self.bbox is not None:
+            document["bbox"] = list(self.bbox)
+        if isinstance(self.footprint, Polygon) and self.footprint != _box(self.bbox):
+            document["polygon"] = self.footprint.vertices.tolist()
+        elif isinstance(self.footprint, Disc):
+            document["radius"] = self.footprint.radius
+        return document
+
+
+def _box(bbox: tuple[float, float, float, float] | None) -> Polygon | None:
+    return None if bbox is None else rectangle(*bbox)
+
+
+class Picture:
+    """A picture in memory or in a file; a file is decoded each time the pixels are asked for."""
+
+    def __init__(self, *, array: ArrayLike | None = None, file: Path | None = None) -> None:
+        if (array is None) == (file is None):
+            raise ValueError("give either an array or a file")
+        self.file = file
+        self._array: Image | None = None
+        self._size: tuple[int, int] | None = None
+        if array is not None:
+            pixels = np.asarray(array)
+            if pixels.ndim != 3 or pixels.shape[2] != 3 or pixels.dtype != np.uint8:
+                found = f"shape {pixels.shape}, {pixels.dtype}"
+                raise InputError("an 8-bit RGB picture (height, width, 3)", found, field="image")
+            self._array = pixels
+            self._size = (pixels.shape[1], pixels.shape[0])
+
+    @property
+    def size_px(self) -> tuple[int, int]:
+        """(width, height), read from the file's header."""
+        if self._size is None:
+            with _opened(self.file) as picture:
+                self._size = (int(picture.size[0]), int(picture.size[1]))
+        return self._size
+
+    @property
+    def pixels(self) -> Image:
+        """(height, width, 3) uint8.
+
+        Raises:
+            InputError: Not a readable picture, truncated, or larger than
+                `MAX_PICTURE_PIXELS`.
+        """
+        if self._array is not None:
+            return self._array
+        with _opened(self.file) as picture:
+            try:
+                return np.asarray(picture.convert("RGB"))
+            except (OSError, SyntaxError, ValueError) as error:
+                raise InputError("a whole picture", str(error), file=self.file) from error
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Picture) and np.array_equal(self.pixels, other.pixels)
+
+    __hash__ = None  # type: ignore[assignment]
+
+
+def _opened(file: str | os.PathLike[str] | None) -> Any:
+    import PIL.Image
+
+    assert file is not None
+    try:
+        picture = PIL.Image.open(file)
+    except PIL.Image.DecompressionBombError as error:
+        raise InputError(
+            f"a picture of at most {MAX_PICTURE_PIXELS} pixels", str(error), file=file
+        ) from error
+    except (OSError, SyntaxError, ValueError) as error:
+        found = getattr(error, "strerror", None) or "something else"
+        raise InputError("a PNG or JPEG picture", found, file=file) from error
+    width, height = picture.size
+    if width * height > MAX_PICTURE_PIXELS:
+        picture.close()
+        raise InputError(
+            f"a picture of at most {MAX_PICTURE_PIXELS} pixels", f"{width}x{height}", file=file
+        )
+    return picture
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A top-down scene.
+
+    Args:
+        scene_id: Unique in its set.
+        start: Where demonstrations begin, pixels, shape (2,).
+        goal: Where they end, pixels, shape (2,).
+        objects: None means *not listed*, which is not an empty table.
+        picture: None where the set has object lists only.
+        split: ``train`` or ``test``.
+        extra: Further keys of the metadata line, kept as they came.
+    """
+
+    scene_id: str
+    start: tuple[float, ...]
+    goal: tuple[float, ...]
+    objects: tuple[SceneObject, ...] | None = None
+    picture: Picture | None = None
+    split: str = "train"
+    extra: tuple[tuple[str, Any], ...] = ()
+
+    def __hash__(self) -> int:
+        return hash(self.scene_id)
+
+    @property
+    def size_px(self) -> tuple[int, int] | None:
+        """(width, height) of the picture, or None without one."""
+        return None if self.picture is None else self.picture.size_px
+
+    def listed_objects(self) -> tuple[SceneObject, ...]:
+        """The objects; CannotJudgeError where the scene does not list them."""
+        if self.objects is None:
+            raise CannotJudgeError(
+                "a list of objects (a rule cannot see; `demospec detect` makes the list)",
+                "objects not listed",
+                row=f"scene {self.scene_id}",
+                field="objects",
+            )
+        return self.objects
+
+    def pixels(self) -> Image:
+        """(height, width, 3) uint8; CannotJudgeError where the scene has no picture."""
+        if self.picture is None:
+            raise CannotJudgeError(
+                "a picture", "none", row=f"scene {self.scene_id}", field="file_name"
+            )
+        return self.picture.pixels
+
+    def with_changes(
+        self, *, objects: tuple[SceneObject, ...] | None, picture: Picture | None
+    ) -> Scene:
+        """The same scene with other objects and another picture (an intervention)."""
+        return replace(self, objects=objects, picture=picture)
