@@ -93,7 +93,7 @@ def fit_bezier(points: ArrayLike, order: int = 2, *, refine: int = 20) -> FloatA
     if len(p) < 3 or chord[-1] == 0.0:
         return np.asarray(line)
     scale2 = max(1.0, float(np.abs(p).max())) ** 2
-    best, best_error = line, np.inf
+    best, best_error = np.asarray(line, dtype=np.float64), np.inf
     for start in (np.linspace(0.0, 1.0, len(p)), chord / chord[-1]):
         control, error = _refined(p, start, line, refine, 1e-22 * scale2)
         if error < best_error * (1 - 1e-9):
