@@ -1,0 +1,70 @@
+"""The command line as a whole: help, versions, errors that are one line."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from demospec.cli import main
+from demospec.cli._app import COMMANDS
+
+
+def run(*arguments: str) -> tuple[int, str, str]:
+    done = subprocess.run(
+        [sys.executable, "-m", "demospec", *arguments], capture_output=True, text=True, check=False
+    )
+    return done.returncode, done.stdout, done.stderr
+
+
+def test_help_lists_every_command() -> None:
+    status, out, _ = run("--help")
+    assert status == 0
+    listed = {line.split()[0] for line in out.split("Commands:")[1].splitlines() if line.strip()}
+    assert set(COMMANDS) <= listed
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_has_help(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as stop:
+        main([command, "--help"])
+    assert stop.value.code == 0
+    assert "Usage:" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("command", ["check", "rules", "fit", "evaluate", "causes", "plan"])
+def test_an_absent_set_is_one_line(
+    command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    absent = str(tmp_path / "absent")
+    needed = {
+        "fit": [absent, "--out", str(tmp_path / "m")],
+        "evaluate": [absent, absent],
+        "causes": [absent, absent],
+        "plan": [absent, absent, "--scene", "0"],
+    }
+    with pytest.raises(SystemExit) as stop:
+        main([command, *needed.get(command, [absent])])
+    said = capsys.readouterr().err
+    assert stop.value.code == 2
+    assert len(said.strip().splitlines()) == 1
+    assert "absent" in said
+
+
+def test_unknown_options_and_commands_are_one_line() -> None:
+    for arguments in (["rules", "--nonsense"], ["nonsense"]):
+        status, out, error = run(*arguments)
+        assert status == 2
+        assert out == ""
+        assert len(error.strip().splitlines()) == 1
+
+
+def test_starting_loads_nothing_heavy() -> None:
+    code = (
+        "import sys, demospec.cli._app as a; a.build_app();"
+        "print([m for m in ('numpy', 'pydantic', 'rich', 'torch', 'scipy') if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"

@@ -1,0 +1,41 @@
+"""The pixel frame and the table frame are inverse maps; lengths are said with units."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from demospec.errors import InputError
+from demospec.frames import PixelFrame, describe_length
+
+numbers = st.floats(-1e4, 1e4)
+
+
+@given(numbers, numbers, st.floats(1, 1e4), st.floats(1e-4, 10))
+def test_round_trip(x: float, y: float, height: float, scale: float) -> None:
+    frame = PixelFrame(height, scale)
+    assert np.allclose(frame.to_pixels(frame.to_metres([[x, y]])), [[x, y]], atol=1e-6)
+
+
+def test_up_in_the_picture_is_away_on_the_table() -> None:
+    frame = PixelFrame(100, 0.01)
+    assert np.allclose(frame.to_metres([0, 100]), [0, 0])
+    assert np.allclose(frame.to_metres([100, 0]), [1, 1])
+
+
+def test_distances_scale() -> None:
+    frame = PixelFrame(100, 0.004)
+    a, b = frame.to_metres([[3, 4], [6, 8]])
+    assert np.linalg.norm(a - b) == pytest.approx(frame.length_to_metres(5))
+
+
+def test_unknown_scale_is_said() -> None:
+    with pytest.raises(InputError, match="metres_per_unit"):
+        PixelFrame(100, None).to_metres([1, 2])
+
+
+def test_lengths_for_people() -> None:
+    assert describe_length(37, 0.004) == "37 px (14.8 cm)"
+    assert describe_length(37.25, None) == "37.2 px"
