@@ -18,8 +18,10 @@ from demospec.demonstrations._protocol import (
 from demospec.demonstrations._schema import parse
 from demospec.demonstrations._set import DemonstrationSet
 from demospec.demonstrations._store import pictures_in_memory, read_set, write_set
+from demospec.demonstrations._stream import count_rows, iterate_batches
 from demospec.demonstrations._trajectory import (
     MAX_COORDINATE,
+    MAX_POINTS,
     Demonstration,
     Demonstrations,
     checked_points,
@@ -27,6 +29,7 @@ from demospec.demonstrations._trajectory import (
 
 __all__ = [
     "MAX_COORDINATE",
+    "MAX_POINTS",
     "Demonstration",
     "DemonstrationSet",
     "Demonstrations",
@@ -38,8 +41,10 @@ __all__ = [
     "bezier_basis",
     "bezier_points",
     "checked_points",
+    "count_rows",
     "densify",
     "fit_bezier",
+    "iterate_batches",
     "p_valid_mean",
     "parse",
     "pictures_in_memory",

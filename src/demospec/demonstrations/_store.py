@@ -9,14 +9,21 @@ from typing import Any
 
 import numpy as np
 
+from demospec.demonstrations._migrate import (
+    FORMAT_VERSION,
+    migrate_header,
+    migrate_scene,
+    version_of,
+)
 from demospec.demonstrations._schema import Header, SceneLine, parse
 from demospec.demonstrations._set import DemonstrationSet
 from demospec.demonstrations._table import read_table, write_table
+from demospec.demonstrations._trajectory import Demonstrations
 from demospec.errors import InputError
 from demospec.files import parse_json, read_bytes, read_json, to_json, writing_folder
 from demospec.scene import Picture, Scene
 
-FORMAT_VERSION = 1
+PARQUET = "demonstrations.parquet"
 
 
 def read_set(folder: str | os.PathLike[str]) -> DemonstrationSet:
@@ -28,20 +35,29 @@ def read_set(folder: str | os.PathLike[str]) -> DemonstrationSet:
     Raises:
         InputError: Naming file, row, field, what was expected and what came.
     """
+    root = set_folder(folder)
+    header, version = read_header(root)
+    scenes = read_scenes(root, version)
+    demonstrations = read_table(root / PARQUET, columns=len(header.columns), version=version)
+    return assemble(root, header, scenes, demonstrations)
+
+
+def set_folder(folder: str | os.PathLike[str]) -> Path:
+    """The path of a set; InputError where it is not a folder."""
     root = Path(folder)
-    if not root.is_dir():
-        raise InputError(
-            "a demonstration set (a folder)",
-            "no such folder" if not root.exists() else "a file",
-            file=root,
-        )
-    header = read_header(root)
-    scenes = read_scenes(root)
-    columns = tuple(header.columns)
-    demonstrations = read_table(root / "demonstrations.parquet", columns=len(columns))
-    known = {
-        "format", "version", "name", "units", "metres_per_unit", "symbols", "types", "columns",
-    }  # fmt: skip
+    try:
+        if root.is_dir():
+            return root
+        found = "a file" if root.exists() else "no such folder"
+    except (OSError, ValueError) as error:  # no permission, a loop of links, a NUL byte
+        raise InputError("a demonstration set (a folder)", str(error), file=repr(root)) from error
+    raise InputError("a demonstration set (a folder)", found, file=root)
+
+
+def assemble(
+    root: Path, header: Header, scenes: tuple[Scene, ...], demonstrations: Demonstrations
+) -> DemonstrationSet:
+    """The set (or one batch of it), validated; faults name the file they are in."""
     try:
         return DemonstrationSet(
             scenes=scenes,
@@ -51,8 +67,8 @@ def read_set(folder: str | os.PathLike[str]) -> DemonstrationSet:
             metres_per_unit=header.metres_per_unit,
             symbols=tuple(header.symbols),
             types=tuple(header.types),
-            columns=columns,
-            extra=tuple((k, v) for k, v in (header.model_extra or {}).items() if k not in known),
+            columns=tuple(header.columns),
+            extra=tuple((header.model_extra or {}).items()),
         )
     except InputError as error:
         raise error.at(file=_file_of(root, error)) from error
@@ -66,33 +82,42 @@ def _file_of(root: Path, error: InputError) -> Path:
         field == "scene_id" and error.expected.startswith("each")
     ):
         return root / "scenes" / "metadata.jsonl"
-    return root / "demonstrations.parquet"
+    return root / PARQUET
 
 
-def read_header(root: Path) -> Header:
-    """``dataset.json`` of a set."""
+def read_header(root: Path) -> tuple[Header, int]:
+    """``dataset.json`` of a set as the current version has it, and the version it is stored in."""
     file = root / "dataset.json"
-    header = parse(Header, read_json(file), file=file)
+    document = read_json(file)
+    header = parse(Header, migrate_header(document), file=file)
     if header.version > FORMAT_VERSION:
         expected = f"at most {FORMAT_VERSION} (a newer demospec wrote this set)"
         raise InputError(expected, header.version, file=file, field="version")
-    return header
+    return header, version_of(document)
 
 
-def read_scenes(root: Path) -> tuple[Scene, ...]:
+def read_scenes(root: Path, version: int = FORMAT_VERSION) -> tuple[Scene, ...]:
     """``scenes/metadata.jsonl`` of a set, with its pictures still in their files."""
     file = root / "scenes" / "metadata.jsonl"
     scenes: list[Scene] = []
     for row, line in enumerate(read_bytes(file).splitlines()):
-        if not line.strip():
-            continue
-        item = parse(SceneLine, parse_json(line, file=file, row=row), file=file, row=row)
-        picture = None
-        if item.file_name is not None:
-            picture = Picture(file=_inside(root / "scenes", item.file_name, file, row))
-            _ = picture.size_px  # a missing or broken picture is named now, not in a later stage
-        scenes.append(item.to_scene(picture))
+        if line.strip():
+            scenes.append(read_scene(root, file, row, line, version))
     return tuple(scenes)
+
+
+def read_scene(root: Path, file: Path, row: int, line: bytes, version: int) -> Scene:
+    """One line of ``metadata.jsonl``; its picture's header is read, not its pixels."""
+    document = migrate_scene(parse_json(line, file=file, row=row), version)
+    item = parse(SceneLine, document, file=file, row=row)
+    picture = None
+    if item.file_name is not None:
+        picture = Picture(file=_inside(root / "scenes", item.file_name, file, row))
+        _ = picture.size_px  # a missing or broken picture is named now, not in a later stage
+    try:
+        return item.to_scene(picture)
+    except InputError as error:
+        raise error.at(file=file, row=row) from error
 
 
 def _inside(folder: Path, name: str, file: Path, row: int) -> Path:
@@ -146,7 +171,7 @@ def write_set(
                 _write_picture(scene, root / "scenes" / name)
             lines.append(SceneLine.of(scene, name).line())
         (root / "scenes" / "metadata.jsonl").write_text("".join(lines), encoding="utf-8")
-        write_table(data.demonstrations, root / "demonstrations.parquet")
+        write_table(data.demonstrations, root / PARQUET)
         for file_name, document in (documents or {}).items():
             (root / file_name).write_text(to_json(document) + "\n", encoding="utf-8")
     return Path(folder)

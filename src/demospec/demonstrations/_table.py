@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from demospec.demonstrations._trajectory import MAX_COORDINATE, Demonstrations
+from demospec.demonstrations._migrate import FORMAT_VERSION, migrate_table
+from demospec.demonstrations._trajectory import MAX_COORDINATE, MAX_POINTS, Demonstrations
 from demospec.errors import InputError
 from demospec.frames import FloatArray
 
@@ -32,23 +35,51 @@ def schema() -> pa.Schema:
     )
 
 
-def read_table(file: Path, *, columns: int) -> Demonstrations:
+def read_table(file: Path, *, columns: int, version: int = FORMAT_VERSION) -> Demonstrations:
     """Reads ``demonstrations.parquet``; every point has `columns` numbers.
 
     Raises:
         InputError: Not Parquet, a column missing or of another type, a null where none may be,
             ragged points, a number that is not finite or too large.
     """
-    import pyarrow as pa
+    with opened_parquet(file) as parquet, parquet_faults(file):
+        table = parquet.read(columns=wanted_columns(parquet))
+    return from_arrow(migrate_table(table, version), file=file, columns=columns)
+
+
+@contextmanager
+def opened_parquet(file: Path) -> Iterator[Any]:
+    """A `pyarrow.parquet.ParquetFile` that is read in pieces; InputError where it is none."""
     import pyarrow.parquet as pq
 
     if not file.is_file():
-        raise InputError("a Parquet file", "no such file", file=file)
+        found = "no such file" if not file.exists() else "a folder or device"
+        raise InputError("a Parquet file", found, file=file)
+    with parquet_faults(file):
+        # Without a buffer size, one row group's compressed columns are held at once.
+        parquet = pq.ParquetFile(file, buffer_size=1 << 20, pre_buffer=False)
     try:
-        table = pq.read_table(file, partitioning=None)
-    except (pa.ArrowException, OSError) as error:
-        raise InputError("a Parquet file", str(error).split("\n")[0], file=file) from error
-    return from_arrow(table, file=file, columns=columns)
+        yield parquet
+    finally:
+        parquet.close()
+
+
+def wanted_columns(parquet: Any) -> list[str]:
+    """The columns of the format that a file has (of any version); others are not read."""
+    names = [field.name for field in schema()] + ["success"]
+    return [name for name in parquet.schema_arrow.names if name in names]
+
+
+@contextmanager
+def parquet_faults(file: Path) -> Iterator[None]:
+    """Turns what Arrow raises on a broken file into one line."""
+    import pyarrow as pa
+
+    try:
+        yield
+    except (pa.ArrowException, OSError, MemoryError, OverflowError) as error:
+        found = str(error).split("\n")[0] or type(error).__name__
+        raise InputError("a Parquet file", found, file=file) from error
 
 
 def from_arrow(table: pa.Table, *, file: Path, columns: int, first_row: int = 0) -> Demonstrations:
@@ -133,6 +164,11 @@ def _points(column: Any, columns: int, file: Path, first_row: int) -> tuple[Floa
     if (lengths == 0).any():
         row = first_row + int(np.flatnonzero(lengths == 0)[0])
         raise InputError("at least one point", "none", file=file, row=row, field="points")
+    if (lengths > MAX_POINTS).any():
+        row = int(np.flatnonzero(lengths > MAX_POINTS)[0])
+        expected = f"at most {MAX_POINTS} points in one path (thin it out: convert --every N)"
+        found = f"{lengths[row]} points"
+        raise InputError(expected, found, file=file, row=first_row + row, field="points")
     if inner.null_count:
         point = int(np.flatnonzero(inner.is_null().to_numpy(zero_copy_only=False))[0])
         raise InputError("numbers", "null", file=file, row=row_of(point), field="points")
@@ -160,24 +196,37 @@ def _points(column: Any, columns: int, file: Path, first_row: int) -> tuple[Floa
 def _times(column: Any, offsets: np.ndarray, file: Path, first_row: int) -> FloatArray | None:
     if column.null_count == len(column):
         return None
-    out = np.full(int(offsets[-1]), np.nan)
-    raw = column.offsets.to_numpy()
+    raw = column.offsets.to_numpy().astype(np.int64)
     given = column.is_valid().to_numpy(zero_copy_only=False)
-    values = column.values
-    if values.null_count:
-        raise InputError("numbers", "null", file=file, field="t")
-    numbers = values.to_numpy(zero_copy_only=False)
-    for i in np.flatnonzero(given):
-        stamps = numbers[raw[i] : raw[i + 1]]
-        count = int(offsets[i + 1] - offsets[i])
-        row = first_row + int(i)
-        if len(stamps) != count:
-            expected = f"{count} time stamps (one a point)"
-            raise InputError(expected, len(stamps), file=file, row=row, field="t")
-        if not np.isfinite(stamps).all():
-            raise InputError("finite seconds", "NaN or infinity", file=file, row=row, field="t")
-        out[offsets[i] : offsets[i + 1]] = stamps
+    lengths, counts = np.diff(raw), np.diff(offsets)
+    wrong = given & (lengths != counts)
+    if wrong.any():
+        i = int(np.flatnonzero(wrong)[0])
+        expected = f"{counts[i]} time stamps (one a point)"
+        raise InputError(expected, int(lengths[i]), file=file, row=first_row + i, field="t")
+    # The stamps of the given rows lie one after the other; null rows may leave gaps.
+    lengths = np.where(given, lengths, 0)
+    ends = np.cumsum(lengths)
+    take = np.repeat(raw[:-1] - (ends - lengths), lengths) + np.arange(int(ends[-1]))
+    stamps = column.values.take(_indices(take))
+    if stamps.null_count:
+        at = int(np.flatnonzero(stamps.is_null().to_numpy(zero_copy_only=False))[0])
+        row = first_row + int(np.searchsorted(ends, at, side="right"))
+        raise InputError("numbers", "null", file=file, row=row, field="t")
+    numbers = np.asarray(stamps.to_numpy(zero_copy_only=False), dtype=np.float64)
+    if not np.isfinite(numbers).all():
+        at = int(np.flatnonzero(~np.isfinite(numbers))[0])
+        row = first_row + int(np.searchsorted(ends, at, side="right"))
+        raise InputError("finite seconds", numbers[at], file=file, row=row, field="t")
+    out = np.full(int(offsets[-1]), np.nan)
+    out[np.repeat(given, counts)] = numbers
     return out
+
+
+def _indices(rows: np.ndarray) -> Any:
+    import pyarrow as pa
+
+    return pa.array(rows, pa.int64())
 
 
 def to_arrow(data: Demonstrations) -> pa.Table:
@@ -215,8 +264,21 @@ def to_arrow(data: Demonstrations) -> pa.Table:
     )
 
 
+ROW_GROUP_POINTS = 2_000_000
+"""Points in one row group: a reader that streams holds one group at a time."""
+
+
 def write_table(data: Demonstrations, file: Path) -> None:
     """Writes ``demonstrations.parquet`` (into a folder that the caller renames into place)."""
     import pyarrow.parquet as pq
 
-    pq.write_table(to_arrow(data), file, compression="zstd")
+    rows = int(len(data) * ROW_GROUP_POINTS / max(1, len(data.flat)))
+    # Coordinates of drawn or recorded paths hardly repeat: dictionaries cost time for nothing.
+    text = ["scene_id", "type", "demonstrator"]
+    pq.write_table(
+        to_arrow(data),
+        file,
+        compression="zstd",
+        row_group_size=min(max(rows, 1), 65_536),
+        use_dictionary=text,
+    )

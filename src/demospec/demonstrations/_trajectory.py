@@ -18,6 +18,9 @@ BoolArray = NDArray[np.bool_]
 MAX_COORDINATE = 1e9
 """Coordinates beyond this are refused: squares of them no longer fit the solver's integers."""
 
+MAX_POINTS = 500_000
+"""Paths of more points are refused: eight minutes at 1 kHz say no more than a thinned path."""
+
 
 def checked_points(points: ArrayLike, columns: int | None = None) -> FloatArray:
     """Points of one path as a read-only float array (n, d), n ≥ 1, d ≥ 2.

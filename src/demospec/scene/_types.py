@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import os
+import struct
+import warnings
+import zlib
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -110,7 +113,7 @@ class Picture:
         with _opened(self.file) as picture:
             try:
                 return np.asarray(picture.convert("RGB"))
-            except (OSError, SyntaxError, ValueError) as error:
+            except _BROKEN as error:
                 raise InputError("a whole picture", str(error), file=self.file) from error
 
     def __eq__(self, other: object) -> bool:
@@ -119,17 +122,30 @@ class Picture:
     __hash__ = None  # type: ignore[assignment]
 
 
+_FORMATS = ("PNG", "JPEG", "WEBP", "BMP", "PPM", "TIFF")
+"""What is decoded. Pillow knows more, some of it (EPS) by running other programs."""
+
+_BROKEN = (
+    OSError, SyntaxError, ValueError, EOFError, IndexError, KeyError, TypeError, OverflowError,
+    MemoryError, struct.error, zlib.error,
+)  # fmt: skip
+"""What Pillow's decoders raise on broken files."""
+
+
 def _opened(file: str | os.PathLike[str] | None) -> Any:
     import PIL.Image
 
     assert file is not None
     try:
-        picture = PIL.Image.open(file)
+        with warnings.catch_warnings():
+            # Pillow warns of some large pictures; ours is a refusal, below.
+            warnings.simplefilter("ignore", PIL.Image.DecompressionBombWarning)
+            picture = PIL.Image.open(file, formats=_FORMATS)
     except PIL.Image.DecompressionBombError as error:
         raise InputError(
             f"a picture of at most {MAX_PICTURE_PIXELS} pixels", str(error), file=file
         ) from error
-    except (OSError, SyntaxError, ValueError) as error:
+    except _BROKEN as error:
         found = getattr(error, "strerror", None) or "something else"
         raise InputError("a PNG or JPEG picture", found, file=file) from error
     width, height = picture.size
