@@ -1,0 +1,124 @@
+"""A run folder made of stages that are computed once and found again.
+
+Every stage writes one artefact (a file or a folder) and is recorded in ``run.json`` with a key
+made of its settings and of the stages before it. A run that is started again computes only
+what is missing or what has changed; an interrupted stage leaves nothing behind.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import platform
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+from demospec.errors import InputError
+from demospec.files import read_json, write_json
+from demospec.progress import Progress, silent
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One step of a run.
+
+    Args:
+        name: Also the name of its artefact in the run folder.
+        make: Writes the artefact; called with the run folder and a progress callback.
+        title: For people.
+        settings: What its result depends on, besides the stages before it.
+        needs: Names of the stages it reads.
+    """
+
+    name: str
+    title: str
+    make: Callable[[Path, Progress], None]
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    needs: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class RunRecord:
+    """What happened: seconds by stage, 0.0 and ``cached`` where nothing had to be done."""
+
+    folder: Path
+    seconds: Mapping[str, float]
+    cached: tuple[str, ...]
+
+
+def run_stages(
+    folder: Path,
+    stages: tuple[Stage, ...],
+    *,
+    command: str,
+    seed: int,
+    progress: Progress = silent,
+    versions: tuple[str, ...] = ("demospec", "numpy", "scipy", "ortools", "torch"),
+) -> RunRecord:
+    """Computes the stages that are missing or stale, in order.
+
+    Raises:
+        InputError: `folder` is not empty and holds no run of ours.
+    """
+    record = _open_record(folder)
+    record.update(
+        command=command,
+        seed=seed,
+        python=platform.python_version(),
+        machine=f"{platform.machine()}, {platform.system()}",
+        versions={name: _version(name) for name in versions},
+    )
+    done: dict[str, Any] = record.setdefault("stages", {})
+    keys: dict[str, str] = {}
+    seconds: dict[str, float] = {}
+    cached: list[str] = []
+    for i, stage in enumerate(stages):
+        progress("all stages", i, len(stages))
+        keys[stage.name] = key = _key(stage, record["versions"]["demospec"], keys)
+        before = done.get(stage.name, {})
+        if before.get("key") == key and (folder / stage.name).exists():
+            cached.append(stage.name)
+            seconds[stage.name] = 0.0
+            continue
+        began = time.perf_counter()
+        stage.make(folder, progress)
+        seconds[stage.name] = took = time.perf_counter() - began
+        done[stage.name] = {"key": key, "seconds": round(took, 2), "title": stage.title}
+        write_json(folder / "run.json", record)
+    progress("all stages", len(stages), len(stages))
+    return RunRecord(folder, seconds, tuple(cached))
+
+
+def _open_record(folder: Path) -> dict[str, Any]:
+    file = folder / "run.json"
+    if file.is_file():
+        record = read_json(file)
+        if not isinstance(record, dict) or record.get("format") != "demospec-run":
+            raise InputError("a run of demospec", "something else", file=file)
+        return record
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise InputError("a new or empty folder, or an earlier run", "other files", file=folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    return {"format": "demospec-run", "version": 1}
+
+
+def _key(stage: Stage, version: str, keys: Mapping[str, str]) -> str:
+    content = {
+        "name": stage.name,
+        "settings": dict(stage.settings),
+        "needs": {name: keys[name] for name in stage.needs},
+        "version": version,
+    }
+    text = json.dumps(content, sort_keys=True, default=str)
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def _version(package: str) -> str:
+    try:
+        return metadata.version(package)
+    except metadata.PackageNotFoundError:
+        return "not installed"

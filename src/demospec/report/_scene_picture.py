@@ -1,0 +1,104 @@
+"""Scenes with paths drawn over them: the picture that every page begins with."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from demospec.frames import FloatArray
+from demospec.scene import Capsule, Disc, Footprint, Polygon, Scene
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as MplFigure
+
+ACCEPTED = "#0072b2"
+REJECTED = "#d55e00"
+NEUTRAL = "#000000"
+"""Okabe–Ito blue and vermillion: told apart by colour-blind readers, and by line style in grey."""
+
+
+def new_figure(columns: int, rows: int = 1, size_in: float = 2.6) -> tuple[MplFigure, list[Axes]]:
+    """A figure with a grid of square panels, row by row."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(columns * size_in, rows * (size_in + 0.25)), layout="constrained")
+    axes = figure.subplots(rows, columns, squeeze=False)
+    return figure, [ax for row in axes for ax in row]
+
+
+def to_png(figure: MplFigure, dpi: int = 150) -> bytes:
+    """The figure as PNG bytes, without a time stamp (same input, same bytes)."""
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=dpi, metadata={"Software": None})
+    return buffer.getvalue()
+
+
+def outline_points(shape: Footprint, n: int = 60) -> FloatArray:
+    """(n, 2) points along the rim, pixels, for drawing."""
+    if isinstance(shape, Polygon):
+        return np.concatenate([shape.vertices, shape.vertices[:1]])
+    angle = np.linspace(0, 2 * np.pi, n)
+    circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    if isinstance(shape, Disc):
+        return np.asarray(shape.center) + shape.radius * circle
+    assert isinstance(shape, Capsule)
+    a, b = np.asarray(shape.start), np.asarray(shape.end)
+    ahead = circle @ (b - a) >= 0
+    points = np.where(ahead[:, None], b, a) + shape.radius * circle
+    return np.concatenate([points, points[:1]])
+
+
+def draw_scene(ax: Axes, scene: Scene, title: str = "", *, outlines: bool = False) -> None:
+    """The picture (or the object list alone) with start and goal."""
+    if scene.picture is not None:
+        width, height = scene.picture.size_px
+        ax.imshow(scene.pixels(), extent=(0, width, height, 0), interpolation="nearest")
+        ax.set_xlim(0, width)
+        ax.set_ylim(height, 0)
+    else:
+        ax.set_aspect("equal")
+        ax.invert_yaxis()
+    if outlines or scene.picture is None:
+        for item in scene.objects or ():
+            rim = outline_points(item.outline)
+            ax.plot(*rim.T, color=NEUTRAL, linewidth=0.8)
+            if scene.picture is None:
+                ax.annotate(item.symbol, item.center, ha="center", va="center", fontsize=6)
+    ax.plot(*scene.start[:2], "o", color="white", markeredgecolor="black", markersize=5)
+    ax.plot(*scene.goal[:2], "*", color="white", markeredgecolor="black", markersize=8)
+    ax.set_xticks([])
+    ax.set_yticks([])
+    if title:
+        ax.set_title(title, fontsize=9)
+
+
+def draw_path(ax: Axes, path: FloatArray, valid: bool | None, **style: Any) -> None:
+    """One path: accepted solid blue, rejected dashed orange, not said dotted black."""
+    looks = {
+        True: {"color": ACCEPTED, "linestyle": "-"},
+        False: {"color": REJECTED, "linestyle": (0, (4, 2))},
+        None: {"color": NEUTRAL, "linestyle": ":"},
+    }[valid]
+    xy = np.asarray(path)[:, :2]
+    ax.plot(xy[:, 0], xy[:, 1], **{"linewidth": 1.2, "alpha": 0.9, **looks, **style})
+
+
+def demonstrations_picture(
+    scenes: Sequence[Scene], paths: Sequence[Sequence[tuple[FloatArray, bool | None]]],
+    titles: Sequence[str],
+) -> bytes:  # fmt: skip
+    """One panel per scene with its demonstrations; PNG."""
+    columns = min(4, len(scenes))
+    rows = -(-len(scenes) // columns)
+    figure, axes = new_figure(columns, rows)
+    for ax in axes[len(scenes) :]:
+        ax.set_visible(False)
+    for ax, scene, some, title in zip(axes, scenes, paths, titles, strict=False):
+        draw_scene(ax, scene, title)
+        for path, valid in some:
+            draw_path(ax, path, valid)
+    return to_png(figure)

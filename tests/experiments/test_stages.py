@@ -1,0 +1,73 @@
+"""A run computes a stage once, again when its settings change, and leaves no half artefacts."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from demospec.errors import InputError
+from demospec.experiments import Stage, run_stages
+from demospec.files import write_json
+from demospec.progress import Progress
+
+
+def _stages(log: list[str], size: int = 1) -> tuple[Stage, ...]:
+    def make(name: str) -> Stage:
+        def work(folder: Path, progress: Progress) -> None:
+            log.append(name)
+            write_json(folder / name, {})
+
+        return Stage(
+            name,
+            name,
+            work,
+            settings={"size": size} if name == "b" else {},
+            needs={"a": (), "b": ("a",), "c": ("b",)}[name],
+        )
+
+    return make("a"), make("b"), make("c")
+
+
+def test_second_run_finds_everything(tmp_path: Path) -> None:
+    log: list[str] = []
+    run_stages(tmp_path / "run", _stages(log), command="x", seed=0)
+    record = run_stages(tmp_path / "run", _stages(log), command="x", seed=0)
+    assert log == ["a", "b", "c"]
+    assert record.cached == ("a", "b", "c")
+
+
+def test_changed_settings_recompute_what_follows(tmp_path: Path) -> None:
+    log: list[str] = []
+    run_stages(tmp_path / "run", _stages(log), command="x", seed=0)
+    run_stages(tmp_path / "run", _stages(log, size=2), command="x", seed=0)
+    assert log == ["a", "b", "c", "b", "c"]
+
+
+def test_deleted_artefact_is_made_again(tmp_path: Path) -> None:
+    log: list[str] = []
+    run_stages(tmp_path / "run", _stages(log), command="x", seed=0)
+    (tmp_path / "run" / "b").unlink()
+    run_stages(tmp_path / "run", _stages(log), command="x", seed=0)
+    assert log == ["a", "b", "c", "b"]
+
+
+def test_interrupted_run_resumes(tmp_path: Path) -> None:
+    log: list[str] = []
+    first, second, third = _stages(log)
+
+    def stop(folder: Path, progress: Progress) -> None:
+        raise KeyboardInterrupt
+
+    broken = Stage("b", "b", stop, settings=second.settings, needs=("a",))
+    with pytest.raises(KeyboardInterrupt):
+        run_stages(tmp_path / "run", (first, broken, third), command="x", seed=0)
+    run_stages(tmp_path / "run", (first, second, third), command="x", seed=0)
+    assert log == ["a", "b", "c"]
+
+
+def test_folder_of_somebody_else_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "mine.txt").write_text("precious")
+    with pytest.raises(InputError, match="new or empty folder"):
+        run_stages(tmp_path, _stages([]), command="x", seed=0)
+    assert [p.name for p in tmp_path.iterdir()] == ["mine.txt"]
