@@ -81,6 +81,11 @@ def writing_folder(path: str | os.PathLike[str], *, replace: bool = False) -> It
             shutil.rmtree(temporary, ignore_errors=True)
 
 
+def check_free_folder(path: str | os.PathLike[str], *, replace: bool = False) -> None:
+    """Refuses now what `writing_folder` would refuse after hours of work."""
+    _refuse(Path(path), replace=replace, folder=True)
+
+
 def _refuse(target: Path, *, replace: bool, folder: bool) -> None:
     if not target.exists():
         return

@@ -1,10 +1,72 @@
-"""`demospec fit`."""
+"""`demospec fit`: a specification model from demonstrations."""
 
 from __future__ import annotations
 
-from demospec.errors import DemospecError
+from typing import Annotated
+
+import typer
+
+from demospec.cli._common import Force, Json, OutFolder, Seed, SetFolder, print_json, progress_bar
+
+Setting = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="NAME=VALUE", help="A setting of the model; may be repeated."),
+]
 
 
-def fit() -> None:
-    """Not yet."""
-    raise DemospecError("fit: not yet")
+def fit(
+    set_folder: SetFolder,
+    out: OutFolder,
+    model: Annotated[
+        str, typer.Option("--model", help="field, paper or irl.", metavar="KIND")
+    ] = "paper",
+    split: Annotated[
+        str,
+        typer.Option("--split", help="Fit on the scenes of this split (where the set has it)."),
+    ] = "train",
+    settings: Setting = None,
+    seed: Seed = 0,
+    force: Force = False,
+    json: Json = False,
+) -> None:
+    """Fit a specification model to the labelled demonstrations of a set's training scenes.
+
+    Settings of paper: ablation (full, autoencoder, classifier), alpha, beta, gamma, steps,
+    learning_rate, order. Settings of irl: steps, l2, grid.
+    """
+    from demospec.cli._common import say
+    from demospec.demonstrations import read_set
+    from demospec.files import check_free_folder
+    from demospec.specification import evaluate, fit_model
+
+    check_free_folder(out, replace=force)  # before the work, not after it
+    data = read_set(set_folder)
+    if any(scene.split == split for scene in data.scenes):
+        data = data.of_split(split)
+    chosen = dict(parsed_setting(text) for text in settings or ())
+    with progress_bar() as progress:
+        fitted = fit_model(data, model, seed=seed, progress=progress, **chosen)
+        fitted.save(out, replace=force)
+        scores = evaluate(fitted, data).to_json()
+    say(f"wrote {out}")
+    document = {"model": model, "path": str(out), "types": list(fitted.types),
+                "on_the_same_demonstrations": scores["types"]}  # fmt: skip
+    if json:
+        print_json(document)
+    else:
+        say("evaluate it on demonstrations that it has not seen:  demospec evaluate MODEL SET")
+
+
+def parsed_setting(text: str) -> tuple[str, object]:
+    """``name=value``, the value as JSON where it is JSON, else as a word."""
+    import json
+
+    from demospec.errors import InputError
+
+    name, equals, value = text.partition("=")
+    if not equals or not name:
+        raise InputError("NAME=VALUE", text, field="--set")
+    try:
+        return name.strip(), json.loads(value)
+    except ValueError:
+        return name.strip(), value

@@ -1,0 +1,110 @@
+"""Making and reading specification models of every kind."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import fields
+from pathlib import Path
+from typing import Any, Protocol
+
+from demospec.demonstrations import DemonstrationSet, View
+from demospec.errors import InputError
+from demospec.progress import Progress, silent
+from demospec.scene import Scene
+from demospec.specification._model_folder import read_model_folder
+
+KINDS = ("field", "paper", "irl")
+
+
+class FittedModel(Protocol):
+    """A `ValidityModel` that came from demonstrations, or a rule: it can be saved."""
+
+    @property
+    def types(self) -> tuple[str, ...]: ...
+
+    def see(self, scene: Scene) -> View: ...
+
+    def save(self, folder: str | os.PathLike[str], *, replace: bool = False) -> Path: ...
+
+
+def fit_model(
+    data: DemonstrationSet,
+    model: str = "paper",
+    *,
+    seed: int = 0,
+    progress: Progress = silent,
+    **settings: Any,
+) -> FittedModel:
+    """Fits a specification model to the labelled demonstrations of a set.
+
+    Args:
+        data: Every scene is used; choose one split with `DemonstrationSet.of_split`.
+        model: ``field`` (ours), ``paper`` or ``irl``.
+        seed: Same seed, same weights.
+        progress: Told the steps.
+        settings: Of `PaperSettings` or `IrlSettings`, or keywords of `FieldModel.fit`.
+
+    Raises:
+        InputError: Unknown model or setting, no labelled demonstrations, no pictures.
+        MissingExtraError: torch is absent.
+    """
+    if model == "field":
+        from demospec.specification._field import FieldModel
+
+        return FieldModel.fit(data, seed=seed, progress=progress, **settings)
+    if model == "paper":
+        from demospec.specification._paper import PaperModel, PaperSettings
+
+        chosen = _checked(PaperSettings, settings)
+        return PaperModel.fit(data, seed=seed, progress=progress, settings=chosen)
+    if model == "irl":
+        from demospec.specification._irl import IrlModel, IrlSettings
+
+        return IrlModel.fit(
+            data, seed=seed, progress=progress, settings=_checked(IrlSettings, settings)
+        )
+    raise InputError(", ".join(KINDS), model, field="model")
+
+
+def _checked(kind: Callable[..., Any], settings: dict[str, Any]) -> Any:
+    known = [f.name for f in fields(kind)]  # type: ignore[arg-type]
+    for name in settings:
+        if name not in known:
+            raise InputError(f"a setting ({', '.join(known)})", name, field="settings")
+    return kind(**settings)
+
+
+def load_model(path: str | os.PathLike[str]) -> Any:
+    """A model folder, or a rule file (a JSON answer of `rules`, or hand-written), as a model.
+
+    Returns:
+        A `ValidityModel`.
+
+    Raises:
+        InputError: Neither of both, or damaged.
+        MissingExtraError: torch is absent and the model needs it.
+    """
+    place = Path(path)
+    if place.is_file():
+        from demospec.rules import read_rules
+
+        return read_rules(place)
+    if not place.is_dir():
+        raise InputError("a model folder or a rule file", "no such file or folder", file=place)
+    if not (place / "config.json").is_file():
+        raise InputError("a model folder (with config.json)", "another folder", file=place)
+    stored = read_model_folder(place)
+    if stored.kind == "paper":
+        from demospec.specification._paper import PaperModel
+
+        return PaperModel.of(stored)
+    if stored.kind == "irl":
+        from demospec.specification._irl import IrlModel
+
+        return IrlModel.of(stored)
+    if stored.kind == "field":
+        from demospec.specification._field import FieldModel
+
+        return FieldModel.load(place)
+    raise InputError(", ".join(KINDS), stored.kind, file=place / "config.json", field="kind")
