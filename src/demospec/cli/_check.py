@@ -2,9 +2,58 @@
 
 from __future__ import annotations
 
-from demospec.errors import DemospecError
+from typing import Any
+
+from demospec.cli._common import (
+    Json,
+    Out,
+    SetFolder,
+    print_json,
+    print_table,
+    progress_bar,
+    save_json,
+    say,
+)
+from demospec.errors import InputError
 
 
-def check() -> None:
-    """Not yet."""
-    raise DemospecError("check: not yet")
+def check(set_folder: SetFolder, json: Json = False, out: Out = None) -> None:
+    """Say everything that is wrong or odd about a demonstration set.
+
+    Errors make the set unreadable (exit status 2); warnings do not (exit status 0).
+    """
+    from demospec.demonstrations import check_set
+
+    with progress_bar() as progress:
+        report = check_set(set_folder, progress=progress)
+    document = report.to_json()
+    save_json(document, out)
+    if json:
+        print_json(document)
+    else:
+        _print(document)
+    if not report.readable:
+        first = report.problems[0]
+        more = f" (and {report.errors - 1} more errors)" if report.errors > 1 else ""
+        raise InputError(
+            first.expected, first.found + more, file=first.file, row=first.row, field=first.field
+        )
+
+
+def _print(document: dict[str, Any]) -> None:
+    counts = document["counts"]
+    if counts:
+        rows = [[name, *labels.values()] for name, labels in counts["types"].items()]
+        print_table(
+            f"{counts['demonstrations']} demonstrations in {counts['scenes']} scenes, "
+            f"{counts['points']} points",
+            ["type", "valid", "not valid", "no label"],
+            rows,
+        )
+    for problem in document["problems"]:
+        print(f"{problem['severity']}: {problem['message']}")
+    for kind, n in document["kinds"].items():
+        listed = sum(p["kind"] == kind for p in document["problems"])
+        if n > listed:
+            print(f"{kind}: {n} in all, {listed} listed")
+    say(f"{document['errors']} errors, {document['warnings']} warnings")

@@ -8,6 +8,7 @@ from demospec.demonstrations._bezier import (
     fit_bezier,
     resample,
 )
+from demospec.demonstrations._check import CheckReport, Problem, check_set
 from demospec.demonstrations._protocol import (
     DifferentiableView,
     Paths,
@@ -30,16 +31,19 @@ from demospec.demonstrations._trajectory import (
 __all__ = [
     "MAX_COORDINATE",
     "MAX_POINTS",
+    "CheckReport",
     "Demonstration",
     "DemonstrationSet",
     "Demonstrations",
     "DifferentiableView",
     "Paths",
+    "Problem",
     "ValidityModel",
     "View",
     "bernstein",
     "bezier_basis",
     "bezier_points",
+    "check_set",
     "checked_points",
     "count_rows",
     "densify",

@@ -140,14 +140,37 @@ def parse(
     try:
         return model.model_validate(document)
     except ValidationError as error:
-        first = error.errors(include_url=False)[0]
-        field = ".".join(str(part) for part in first["loc"]) or None
-        found = first["input"] if first["type"] != "missing" else "nothing"
+        raise _faults(error, file, row)[0] from error
+
+
+def faults(
+    model: type[BaseModel],
+    document: object,
+    *,
+    file: str | os.PathLike[str] | None = None,
+    row: int | str | None = None,
+) -> list[InputError]:
+    """Every fault of a JSON document, where `parse` raises the first."""
+    try:
+        model.model_validate(document)
+    except ValidationError as error:
+        return _faults(error, file, row)
+    return []
+
+
+def _faults(
+    error: ValidationError, file: str | os.PathLike[str] | None, row: int | str | None
+) -> list[InputError]:
+    found_faults = []
+    for fault in error.errors(include_url=False):
+        field = ".".join(str(part) for part in fault["loc"]) or None
+        found = fault["input"] if fault["type"] != "missing" else "nothing"
         if isinstance(found, (dict, list)):
             found = f"{type(found).__name__} {to_short(found)}"
-        message = str(first["msg"]).removeprefix("Value error, ")
-        expected = "a value" if first["type"] == "missing" else _expected(message)
-        raise InputError(expected, found, file=file, row=row, field=field) from error
+        message = str(fault["msg"]).removeprefix("Value error, ")
+        expected = "a value" if fault["type"] == "missing" else _expected(message)
+        found_faults.append(InputError(expected, found, file=file, row=row, field=field))
+    return found_faults
 
 
 def _expected(message: str) -> str:
@@ -158,5 +181,5 @@ def to_short(value: object) -> str:
     """The beginning of a JSON value, for a message."""
     try:
         return to_json(value)[:60]
-    except ValueError:
+    except (ValueError, TypeError, RecursionError):
         return repr(value)[:60]

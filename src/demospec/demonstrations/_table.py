@@ -119,31 +119,53 @@ def _column(
     required: bool = False,
     first_row: int = 0,
 ) -> Any:
+    column = column_of(table, name, kind, file, missing_refused=required)
+    if required and column.null_count:
+        row = int(np.flatnonzero(column.is_null().to_numpy(zero_copy_only=False))[0])
+        raise InputError("a value", "null", file=file, row=first_row + row, field=name)
+    return column
+
+
+def column_of(
+    table: pa.Table, name: str, kind: pa.DataType, file: Path, *, missing_refused: bool = False
+) -> Any:
+    """One column as one Arrow array of type `kind`; all null where it is missing and may be.
+
+    Raises:
+        InputError: Missing where it may not be, there twice, or of another type.
+    """
     import pyarrow as pa
 
     if table.column_names.count(name) > 1:
         raise InputError("one column of that name", "several", file=file, field=name)
     if name not in table.column_names:
-        if required:
+        if missing_refused:
             found = f"columns {', '.join(table.column_names) or 'none'}"
             raise InputError(f"a column {name}", found, file=file, field=name)
         return pa.nulls(len(table), kind)
-    column = table[name].combine_chunks()
-    if isinstance(column, pa.ChunkedArray):
-        column = pa.concat_arrays(column.chunks) if column.chunks else pa.nulls(0, kind)
-    if column.type != kind:
-        try:
+    try:
+        column = table[name].combine_chunks()
+        if isinstance(column, pa.ChunkedArray):
+            column = pa.concat_arrays(column.chunks) if column.chunks else pa.nulls(0, kind)
+        if column.type != kind:
             if pa.types.is_boolean(kind) and not pa.types.is_null(column.type):
                 raise pa.ArrowInvalid("not boolean")
-            if pa.types.is_string(kind) and pa.types.is_integer(column.type):
+            text = pa.types.is_string(kind) and not pa.types.is_null(column.type)
+            if text and not _is_text(column.type):
                 raise pa.ArrowInvalid("not text")
             column = column.cast(kind)
-        except (pa.ArrowException, ValueError, TypeError) as error:
-            raise InputError(str(kind), str(column.type), file=file, field=name) from error
-    if required and column.null_count:
-        row = int(np.flatnonzero(column.is_null().to_numpy(zero_copy_only=False))[0])
-        raise InputError("a value", "null", file=file, row=first_row + row, field=name)
+    except (pa.ArrowException, ValueError, TypeError, MemoryError) as error:
+        raise InputError(str(kind), str(table[name].type), file=file, field=name) from error
     return column
+
+
+def _is_text(kind: pa.DataType) -> bool:
+    import pyarrow as pa
+
+    t = pa.types
+    if t.is_dictionary(kind):
+        kind = kind.value_type
+    return bool(t.is_string(kind) or t.is_large_string(kind) or t.is_string_view(kind))
 
 
 def _text(column: Any) -> np.ndarray:
