@@ -1,10 +1,106 @@
-"""`demospec plan`."""
+"""`demospec plan`: a path that keeps the rule in one scene, checked exactly."""
 
 from __future__ import annotations
 
-from demospec.errors import DemospecError
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from demospec.cli._common import Json, Out, Seed, SetFolder, print_json, print_table, save_json, say
+
+RulesPath = Annotated[
+    Path, typer.Argument(metavar="RULES", help="A rule file (JSON of `rules`), or a model folder.")
+]
+SceneId = Annotated[str, typer.Option("--scene", help="Scene id.")]
+Type = Annotated[
+    str | None, typer.Option("--type", help="User type (not needed where the rules know one).")
+]
+Envelope = Annotated[
+    str,
+    typer.Option(
+        help="Which consistent rule: upper (safest), value (point answer), lower, max, min."
+    ),
+]
+Planner = Annotated[str, typer.Option(help="grid, latent, or an OMPL planner (extra planners).")]
+Resolution = Annotated[float, typer.Option(help="Cells per unit of the cost map.")]
 
 
-def plan() -> None:
-    """Not yet."""
-    raise DemospecError("plan: not yet")
+def plan(
+    rules: RulesPath,
+    set_folder: SetFolder,
+    scene: SceneId,
+    type: Type = None,
+    envelope: Envelope = "upper",
+    planner: Planner = "grid",
+    resolution: Resolution = 1.0,
+    picture: Annotated[
+        Path | None, typer.Option(help="Draw the scene, its zones and the plan (PNG).")
+    ] = None,
+    out: Out = None,
+    json: Json = False,
+    seed: Seed = 0,
+) -> None:
+    """Plan a path in one scene that keeps the rule, and check it exactly.
+
+    The default envelope is the upper corner of what the demonstrations allow: such a plan
+    obeys every rule that agrees with them. A scene without a way says which object blocks.
+    """
+    from demospec.demonstrations import read_set
+    from demospec.planning import cost_map, plan_path, read_plannable
+
+    data = read_set(set_folder)
+    known = replace(read_plannable(rules), metres_per_unit=data.metres_per_unit)
+    result = plan_path(
+        known,
+        data.scene(scene),
+        type,
+        envelope,  # type: ignore[arg-type]  # checked by plan_path, which lists the names
+        planner=planner,
+        resolution=resolution,
+        seed=seed,
+    )
+    document = result.to_json()
+    save_json(document, out)
+    if picture is not None:
+        from demospec.report import draw_plan
+
+        shown = cost_map(known, data.scene(scene), type, envelope)  # type: ignore[arg-type]
+        draw_plan(shown, data.scene(scene), result, picture)
+        say(f"wrote {picture}")
+    if json:
+        print_json(document)
+    else:
+        _show(document, data.metres_per_unit)
+
+
+def _show(document: dict[str, Any], metres_per_unit: float | None) -> None:
+    from demospec.frames import describe_length
+
+    def words(length: float) -> str:
+        return describe_length(length, metres_per_unit)
+
+    title = f"scene {document['scene_id']}, {document['type']}, {document['planner']} planner, "
+    title += f"envelope {document['envelope']}"
+    if document["status"] != "found":
+        print_table(title, ["result", "why"], [[document["status"], document["reason"]]])
+        return
+    verdict = "yes" if document["obeys"] else "no"
+    rows = [
+        ["keeps the rule", verdict],
+        ["length", words(document["length"])],
+        ["cost", f"{document['cost']:.1f}"],
+        ["way points", str(len(document["points"]))],
+        ["time", f"{document['seconds'] * 1000:.0f} ms"],
+    ]
+    rows += [[f"clearance to {name}", words(c)] for name, c in document["clearance"].items()]
+    rows += [
+        [f"too near to {v['object']}", f"by {words(v['by'])} at {v['at']}"]
+        for v in document["violations"]
+    ]
+    note = ""
+    if document["unbounded"]:
+        names = ", ".join(document["unbounded"])
+        note = f"no accepted demonstration bounds the clearance to {names}: point answer used"
+    print_table(title, ["what", "value"], rows, note)

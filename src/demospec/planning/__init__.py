@@ -1,1 +1,47 @@
-"""The planning room."""
+"""Planning: cost maps, planners, plan checks, files for other planners."""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+from demospec.planning._results import Envelope, Plan, PlanCheck, Violation, Zone
+
+if TYPE_CHECKING:
+    from demospec.planning._check import check_plan
+    from demospec.planning._cost_map import CostMap
+    from demospec.planning._plan import PLANNERS, cost_map, plan_path
+    from demospec.planning._read import read_plannable
+
+__all__ = [
+    "CostMap",
+    "Envelope",
+    "PLANNERS",
+    "Plan",
+    "PlanCheck",
+    "Violation",
+    "Zone",
+    "check_plan",
+    "cost_map",
+    "plan_path",
+    "read_plannable",
+]
+
+_HOME = {
+    "CostMap": "_cost_map",
+    "PLANNERS": "_plan",
+    "check_plan": "_check",
+    "cost_map": "_plan",
+    "plan_path": "_plan",
+    "read_plannable": "_read",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOME:
+        return getattr(importlib.import_module(f"{__name__}.{_HOME[name]}"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,164 @@
+"""What the planning room hands over: zones to keep out of, plans, and verdicts on paths.
+
+Light on purpose: importing these loads neither scikit-image nor SciPy.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+
+from demospec.frames import FloatArray
+from demospec.scene import Footprint
+
+Envelope = Literal["upper", "lower", "value", "max", "min"]
+"""Which of the consistent rules to plan with.
+
+``upper`` (default): the upper corner of everything the demonstrations allow, so that a plan
+obeys every consistent rule. ``lower``: the lower corner. ``value``: the point answer. ``max``
+and ``min``: the paper's two optima of L, "safety against travel time"; for a clearance rule
+they are the same as ``upper`` and ``lower``.
+"""
+
+
+@dataclass(frozen=True)
+class Zone:
+    """One object and how far to keep from it.
+
+    Args:
+        object_id, symbol: Which object.
+        shape: What the distance is measured from: the footprint, or the centre.
+        radius: Clearance to keep, set units; ≥ 0.
+        bounded: False where the demonstrations give no upper end for this symbol, so that
+            `radius` is the point answer and an upper-corner plan is no guarantee.
+    """
+
+    object_id: str
+    symbol: str
+    shape: Footprint
+    radius: float
+    bounded: bool = True
+
+
+@dataclass(frozen=True)
+class Violation:
+    """Where a path comes too near to one object, and by how much (set units)."""
+
+    object_id: str
+    required: float
+    found: float
+    at: tuple[float, float]
+
+    @property
+    def by(self) -> float:
+        """How much is missing, set units; > 0."""
+        return self.required - self.found
+
+    def to_json(self) -> dict[str, Any]:
+        return {
+            "object": self.object_id,
+            "required": self.required,
+            "found": self.found,
+            "by": self.by,
+            "at": list(self.at),
+        }
+
+
+@dataclass(frozen=True)
+class PlanCheck:
+    """The verdict of a rule on one path.
+
+    Args:
+        obeys: The rule is kept along the whole path, not only at its points.
+        margin: Smallest (distance − required clearance) over the rule's objects, set units;
+            +inf where nothing in the scene matters. For an influence rule: the unspent
+            budget F_max − Σf.
+        clearance: Object id → smallest distance of the path to it, set units: to the
+            footprint where known, else the centre; negative inside. All listed objects.
+        violations: Worst first; empty where the rule is kept.
+    """
+
+    obeys: bool
+    margin: float
+    clearance: Mapping[str, float]
+    violations: tuple[Violation, ...] = ()
+
+    def to_json(self) -> dict[str, Any]:
+        return {
+            "obeys": self.obeys,
+            "margin": self.margin if np.isfinite(self.margin) else None,
+            "clearance": dict(self.clearance),
+            "violations": [v.to_json() for v in self.violations],
+        }
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A path for one scene and one user type, or the reason why there is none.
+
+    Args:
+        scene_id, type: What was planned for.
+        status: ``found``; ``infeasible`` (no path keeps clear); ``failed`` (this planner
+            found none, which is no proof).
+        planner: ``grid``, ``latent`` or an OMPL planner's name.
+        envelope: Which consistent rule was planned with.
+        points: (n, 2), set units; the path is the polyline through them. Empty without one.
+        length: Set units; NaN without a path.
+        cost: Integral of the cost map along the path (= length where the plan keeps clear).
+        check: Verdict of the rule at `envelope`, exact on the polyline.
+        blocked_by: Ids of the objects that block, where infeasible.
+        reason: Why there is no plan, in words, with advice.
+        unbounded: Symbols whose clearance has no upper end in the rule: no guarantee there.
+        seconds: Wall time of planning and checking.
+    """
+
+    scene_id: str
+    type: str
+    status: Literal["found", "infeasible", "failed"]
+    planner: str
+    envelope: str
+    points: FloatArray
+    length: float
+    cost: float
+    check: PlanCheck
+    blocked_by: tuple[str, ...] = ()
+    reason: str = ""
+    unbounded: tuple[str, ...] = ()
+    seconds: float = 0.0
+    metres_per_unit: float | None = None
+    details: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def found(self) -> bool:
+        return self.status == "found"
+
+    @property
+    def obeys(self) -> bool:
+        """There is a path and it keeps the rule."""
+        return self.found and self.check.obeys
+
+    def to_json(self) -> dict[str, Any]:
+        """The document of ``demospec plan``."""
+        return {
+            "points": self.points.tolist(),
+            "length": self.length if self.found else None,
+            "cost": self.cost if self.found else None,
+            "obeys": self.obeys,
+            "clearance": dict(self.check.clearance),
+            "status": self.status,
+            "scene_id": self.scene_id,
+            "type": self.type,
+            "planner": self.planner,
+            "envelope": self.envelope,
+            "margin": self.check.margin if np.isfinite(self.check.margin) else None,
+            "violations": [v.to_json() for v in self.check.violations],
+            "blocked_by": list(self.blocked_by),
+            "reason": self.reason,
+            "unbounded": list(self.unbounded),
+            "metres_per_unit": self.metres_per_unit,
+            "seconds": self.seconds,
+            **self.details,
+        }

@@ -1,0 +1,84 @@
+"""A plan drawn over its scene: zones, other paths, the plan, with units on the axes."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from demospec.files import writing_file
+from demospec.frames import FloatArray
+from demospec.scene import Scene
+
+if TYPE_CHECKING:
+    from demospec.planning import CostMap, Plan
+
+# Okabe–Ito: told apart by colour-blind people too.
+_PLAN, _ZONE, _OTHER = "#0072B2", "#D55E00", ("#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+
+
+def draw_plan(
+    cost_map: CostMap,
+    scene: Scene,
+    plan: Plan,
+    path: str | os.PathLike[str],
+    *,
+    others: Mapping[str, FloatArray] | None = None,
+) -> None:
+    """Writes a PNG with the picture, the zones kept clear of, and the plan.
+
+    Args:
+        cost_map: Whose zones are outlined and whose price is shaded.
+        scene: The scene planned in.
+        plan: The plan; without points the reason is written instead.
+        path: File to write.
+        others: Name → (n, 2) further paths to compare with.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(6.4, 5.2), dpi=120, layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.add_subplot()
+    x0, y0, x1, y1 = cost_map.bounds
+    if scene.picture is not None:
+        axes.imshow(scene.pixels(), extent=(x0, x1, y1, y0))
+    _draw_zones(axes, cost_map)
+    for (name, points), colour in zip((others or {}).items(), _OTHER, strict=False):
+        axes.plot(*np.asarray(points).T, color=colour, lw=1.5, ls="--", label=name)
+    if plan.found:
+        verdict = "keeps the rule" if plan.obeys else "breaks the rule"
+        label = f"plan ({plan.planner}), {plan.length:.1f} px, {verdict}"
+        axes.plot(*plan.points.T, color="white", lw=4, solid_capstyle="round")
+        axes.plot(*plan.points.T, color=_PLAN, lw=2.2, label=label)
+    else:
+        axes.set_title(plan.reason, fontsize=9, wrap=True)
+    marks: list[tuple[Any, str, str]] = [(scene.start, "o", "start"), (scene.goal, "*", "goal")]
+    for place, mark, name in marks:
+        axes.plot(*place[:2], mark, ms=11, mfc="white", mec="black", label=name, ls="none")
+    axes.set(xlim=(x0, x1), ylim=(y1, y0), aspect="equal", xlabel="x [px]", ylabel="y [px]")
+    if cost_map.metres_per_unit is not None:
+        scale = cost_map.metres_per_unit * 100
+        both = (lambda v: np.asarray(v) * scale, lambda v: np.asarray(v) / scale)
+        top = axes.secondary_xaxis("top", functions=both)
+        top.set_xlabel("x [cm]")
+    figure.legend(loc="outside lower center", fontsize=8, ncols=2)
+    with writing_file(path) as temporary:
+        figure.savefig(temporary, format="png")
+
+
+def _draw_zones(axes: Any, cost_map: CostMap) -> None:
+    x0, y0, x1, y1 = cost_map.bounds
+    n = 160
+    x, y = np.linspace(x0, x1, n), np.linspace(y0, y1, n)
+    at = np.stack(np.meshgrid(x, y), axis=-1)
+    for i, zone in enumerate(cost_map.zones):
+        gap = zone.shape.signed_distance(at)
+        axes.contourf(x, y, gap, levels=[-1e9, zone.radius], colors=[_ZONE], alpha=0.22)
+        axes.contour(x, y, gap, levels=[zone.radius], colors=[_ZONE], linewidths=1.3)
+        if (gap < 0).any():
+            axes.contour(x, y, gap, levels=[0.0], colors=["black"], linewidths=0.8)
+        label = "clearance to keep" if i == 0 else None
+        axes.plot([], [], color=_ZONE, label=label)
