@@ -1,5 +1,46 @@
-"""Rules: types, exact engines, envelopes, conflicts, queries."""
+"""Rules: types, exact engines, envelopes, conflicts, queries.
 
+Light names load at once, engines on first use.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+from demospec.rules._clearance_distance import nearest_approach
 from demospec.rules._results import ClearanceRule, RuleSet, RuleView, TypeRules
 
-__all__ = ["ClearanceRule", "RuleSet", "RuleView", "TypeRules"]
+if TYPE_CHECKING:
+    from demospec.rules._clearance import ClearanceFit, fit_clearance
+    from demospec.rules._documents import read_rules, rules_document, rules_from_document
+    from demospec.rules._learn import learn_rules
+
+__all__ = [
+    "ClearanceFit",
+    "ClearanceRule",
+    "RuleSet",
+    "RuleView",
+    "TypeRules",
+    "fit_clearance",
+    "learn_rules",
+    "nearest_approach",
+    "read_rules",
+    "rules_document",
+    "rules_from_document",
+]
+
+_HOME = {
+    "ClearanceFit": "_clearance",
+    "fit_clearance": "_clearance",
+    "learn_rules": "_learn",
+    "read_rules": "_documents",
+    "rules_document": "_documents",
+    "rules_from_document": "_documents",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOME:
+        return getattr(importlib.import_module(f"demospec.rules.{_HOME[name]}"), name)
+    raise AttributeError(f"module 'demospec.rules' has no attribute {name!r}")

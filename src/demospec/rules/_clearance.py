@@ -1,0 +1,364 @@
+"""The clearance family: which classes matter, how far, and how sure that is.
+
+A trajectory is acceptable iff it keeps at least c_k from everything of class k, for the
+classes that matter. Not in the paper, whose rules (influence) have the same aim with summed
+penalties: this is the rule that people state and planners take.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import log
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from demospec.errors import InputError
+from demospec.frames import FloatArray
+from demospec.rules._clearance_distance import Distance
+from demospec.rules._clearance_evidence import (
+    SLOPE,
+    Particles,
+    log_label_evidence,
+    log_sum,
+    margins,
+    noisy_labels,
+    shared_evidence,
+)
+from demospec.rules._clearance_separate import separate_particles
+from demospec.rules._clearance_space import BoolArray, ClearanceSpace
+from demospec.rules._clearance_subsets import likely_subsets, nearest_of
+from demospec.rules._results import ClearanceRule
+
+Sharing = Literal["average", "shared", "separate"]
+
+INCLUSION = 0.5
+"""Prior odds that a class matters: few classes are preferred, each costs a factor of two."""
+
+SEPARATE = 0.2
+"""Prior probability that every class has a clearance of its own."""
+
+NOISES = ((0.75, 0.1), (1.5, 0.1), (3.0, 0.1))
+"""Distance errors (in hundredths of the table) with their prior; the rest is no error."""
+
+_RATES = ((0.002, 0.7), (0.03, 0.3))  # wrong labels beside distance errors
+_CLOSER_LOOK = 8  # subsets that get the costlier models
+_MOST_PARTICLES = 400
+_PIECES = 8
+
+
+@dataclass(frozen=True)
+class ClearanceFit:
+    """What labelled demonstrations say about clearances.
+
+    Args:
+        rule: The point answer.
+        symbols: The K classes, in the order of the columns.
+        probability: Class → posterior probability that it matters.
+        subsets: Most probable sets of classes, with their posterior, best first.
+        undecided: Classes that some rules consistent with all demonstrations need and others
+            leave out.
+        consistent: Whether some rule agrees with every demonstration.
+        contradicted: Demonstrations (rows) that the point answer gets wrong.
+        at_most: Class → largest clearance that every accepted demonstration keeps; +inf where
+            none came near.
+        shared: Posterior probability that all classes that matter share one clearance.
+        position_noise: Posterior mean error of the distances, set units.
+        exact: Whether all subsets were weighed (else the best found by a beam).
+        fewest: No consistent rule has fewer classes than this; None where none is consistent.
+        particles: The posterior.
+    """
+
+    rule: ClearanceRule
+    symbols: tuple[str, ...]
+    probability: Mapping[str, float]
+    subsets: tuple[tuple[tuple[str, ...], float], ...]
+    undecided: tuple[str, ...]
+    consistent: bool
+    contradicted: tuple[int, ...]
+    at_most: Mapping[str, float]
+    shared: float
+    position_noise: float
+    exact: bool
+    fewest: int | None
+    particles: Particles
+
+    def p_valid(self, nearest: ArrayLike) -> FloatArray:
+        """(n, K) nearest approaches → (n,) posterior probability that the path is acceptable."""
+        d = np.asarray(nearest, dtype=np.float64)
+        weight = np.exp(self.particles.log_weight)
+        sigma = self.particles.sigma
+        out = np.empty(len(d))
+        step = max(1, 2_000_000 // max(1, len(weight)))
+        for low in range(0, len(d), step):
+            gap = margins(d[low : low + step], self.particles.clearance)
+            kept = (gap >= 0).astype(np.float64)
+            soft = sigma > 0
+            if soft.any():
+                scaled = np.clip(-SLOPE / sigma[soft, None] * gap[soft], -60.0, 60.0)
+                kept[soft] = 1.0 / (1.0 + np.exp(scaled))
+            out[low : low + step] = weight @ kept
+        return np.clip(out, 0.0, 1.0)
+
+
+def fit_clearance(
+    nearest: ArrayLike,
+    valid: ArrayLike,
+    symbols: Sequence[str],
+    *,
+    sharing: Sharing = "average",
+    floor: float = 0.0,
+    reach: float | None = None,
+    unit: float = 1.0,
+    distance: Distance = "footprint",
+) -> ClearanceFit:
+    """Which classes matter and how far, from nearest approaches and labels.
+
+    Args:
+        nearest: (n, K) smallest distance of each demonstration to each class; +inf where
+            absent. See `nearest_approach`.
+        valid: (n,) accepted or rejected.
+        symbols: K names.
+        sharing: One clearance for all classes that matter (`shared`), one each (`separate`),
+            or both weighed by their evidence (`average`).
+        floor: Smallest clearance of a class that matters; 0 means not to overlap.
+        reach: Largest clearance thought possible; by default the largest finite distance.
+        unit: Size of a hundredth of the table in set units: the scale of distance errors.
+        distance: What the distances were measured to; goes into the rule.
+
+    Raises:
+        InputError: Shapes that do not fit, NaN, no demonstration, a symbol twice.
+    """
+    d, ok, names = _checked(nearest, valid, symbols)
+    finite = d[np.isfinite(d)]
+    top = float(finite.max(initial=floor)) if reach is None else float(reach)
+    top = max(top, floor + unit)
+    table = log_label_evidence(len(ok))
+    members, exact = likely_subsets(d, ok, floor, top, table, log(INCLUSION))
+    particles = _posterior(d, ok, members, floor, top, table, sharing, unit)
+    return _answer(d, ok, names, particles, floor, distance, exact)
+
+
+def _checked(
+    nearest: ArrayLike, valid: ArrayLike, symbols: Sequence[str]
+) -> tuple[FloatArray, BoolArray, tuple[str, ...]]:
+    d = np.asarray(nearest, dtype=np.float64)
+    labels = np.asarray(valid)
+    names = tuple(symbols)
+    if d.ndim != 2 or d.shape != (len(labels), len(names)):
+        expected = f"distances of shape ({len(labels)}, {len(names)}): demonstrations, symbols"
+        raise InputError(expected, f"shape {d.shape}", field="nearest")
+    if len(labels) == 0:
+        raise InputError("at least one labelled demonstration", "none", field="valid")
+    if labels.dtype != np.bool_ and not np.isin(labels, (0, 1)).all():
+        raise InputError("True or False for every demonstration", labels.tolist(), field="valid")
+    if np.isnan(d).any() or (d == -np.inf).any():
+        raise InputError("distances, +inf where absent", "NaN or -inf", field="nearest")
+    if len(set(names)) != len(names):
+        raise InputError("each symbol once", list(names), field="symbols")
+    return d, labels.astype(bool), names
+
+
+def _posterior(
+    d: FloatArray,
+    ok: BoolArray,
+    members: BoolArray,
+    floor: float,
+    reach: float,
+    table: FloatArray,
+    sharing: Sharing,
+    unit: float,
+) -> Particles:
+    """All models weighed: subsets × shared or separate × distance error or none."""
+    prior = log(INCLUSION) * members.sum(axis=1)
+    near = nearest_of(members, d)
+    mass, low, high = shared_evidence(near, ok, floor, reach, table)
+    clean = log(1.0 - sum(p for _, p in NOISES))
+    score = prior + np.array([log_sum(row) for row in mass])
+    parts: list[Particles] = []
+    noises = [
+        (sigma * unit, rate, log(p) + log(share)) for sigma, p in NOISES for rate, share in _RATES
+    ]
+    closer = np.argsort(-score, kind="stable")[:_CLOSER_LOOK]
+    best = int(closer[0])
+    weight = np.exp(mass[best] - mass[best].max())
+    start = float((weight * (low[best] + high[best]) / 2).sum() / weight.sum())
+    one_each = members.sum(axis=1) <= 1
+    for s in np.flatnonzero(score > score[best] - 12.0):
+        part = _hard(members[s], mass[s], low[s], high[s])
+        parts.append(part.scaled(prior[s] + clean + _share_prior(sharing, bool(one_each[s]))))
+    for s in closer:
+        share = _share_prior(sharing, bool(one_each[s]))
+        if share > -np.inf:
+            part = _soft(members[s], near[s], ok, floor, reach, noises, start, unit)
+            parts.append(part.scaled(prior[s] + share))
+    if sharing != "shared":
+        split = log(SEPARATE) if sharing == "average" else 0.0
+        cases = [(0.0, 0.0, clean), *noises]
+        for s in _split_candidates(d, ok, members, score, floor):
+            part = separate_particles(
+                d, ok, np.flatnonzero(members[s]).tolist(), floor, reach, table, cases, start
+            )
+            parts.append(part.scaled(prior[s] + split))
+    every = Particles.joined(parts)
+    total = log_sum(every.log_weight)
+    return _thinned(every.scaled(-total))
+
+
+def _share_prior(sharing: Sharing, one: bool) -> float:
+    if sharing == "shared" or one:  # with one class there is nothing to share
+        return 0.0
+    return -np.inf if sharing == "separate" else log(1.0 - SEPARATE)
+
+
+def _split_candidates(
+    d: FloatArray, ok: BoolArray, members: BoolArray, score: FloatArray, floor: float
+) -> list[int]:
+    """Subsets of two or more classes worth clearances of their own."""
+    space = ClearanceSpace.of(d, ok, floor)
+    sizes = members.sum(axis=1)
+    able = np.flatnonzero(sizes >= 2)
+    explained = (space.explains.astype(np.int64) @ members[able].T.astype(np.int64)) > 0
+    missed = (~explained).sum(axis=0)
+    # A clearance cannot be as large as the nearest accepted path allows and yet below the floor.
+    missed = missed + (members[able] & (space.upper < floor)).sum(axis=1)
+    by_logic = able[np.lexsort((-score[able], sizes[able], missed))][: _CLOSER_LOOK // 2]
+    by_score = able[np.argsort(-score[able], kind="stable")][: _CLOSER_LOOK // 2]
+    return sorted({int(s) for s in (*by_logic, *by_score)})
+
+
+def _hard(member: BoolArray, mass: FloatArray, low: FloatArray, high: FloatArray) -> Particles:
+    if not member.any():
+        return Particles(np.array([log_sum(mass)]), np.full((1, len(member)), -np.inf), np.zeros(1))
+    keep = mass > mass.max() - 12.0
+    # Every interval in pieces, so that a wide one fades from one verdict to the other.
+    piece = (np.arange(_PIECES) + 0.5) / _PIECES
+    middle = (low[keep, None] + (high - low)[keep, None] * piece).ravel()
+    clearance = np.where(member, middle[:, None], -np.inf)
+    return Particles(
+        np.repeat(mass[keep] - log(_PIECES), _PIECES), clearance, np.zeros(len(middle))
+    )
+
+
+def _soft(
+    member: BoolArray,
+    near: FloatArray,
+    ok: BoolArray,
+    floor: float,
+    reach: float,
+    noises: Sequence[tuple[float, float, float]],
+    start: float,
+    unit: float,
+) -> Particles:
+    """One shared clearance, distances with error: a grid about the best clearance."""
+    if not member.any():
+        middle, width = np.array([floor]), 1.0
+    else:
+        low, high = max(floor, start - 10 * unit), min(reach, start + 10 * unit)
+        edges = np.linspace(low, max(high, low + unit), 81)
+        middle, width = (edges[1:] + edges[:-1]) / 2, float(edges[1] - edges[0])
+        width /= max(reach - floor, 1e-300)
+    gap = near[None, :] - middle[:, None]
+    clearance = np.where(member, middle[:, None], -np.inf)
+    parts = [
+        Particles(
+            noisy_labels(gap, ok, sigma, rate) + log_case + log(width),
+            clearance,
+            np.full(len(middle), sigma),
+        )
+        for sigma, rate, log_case in noises
+    ]
+    return Particles.joined(parts)
+
+
+def _thinned(particles: Particles) -> Particles:
+    """The same posterior with at most `_MOST_PARTICLES`, evenly resampled beyond that."""
+    weight = np.exp(particles.log_weight)
+    keep = np.flatnonzero(weight > 1e-7 * weight.max())
+    weight = weight[keep] / weight[keep].sum()
+    if len(keep) > _MOST_PARTICLES:
+        at = (np.arange(_MOST_PARTICLES) + 0.5) / _MOST_PARTICLES
+        drawn = np.searchsorted(np.cumsum(weight), at * weight.sum())
+        rows, counts = np.unique(np.clip(drawn, 0, len(keep) - 1), return_counts=True)
+        keep, weight = keep[rows], counts / counts.sum()
+    return Particles(np.log(weight), particles.clearance[keep], particles.sigma[keep])
+
+
+def _answer(
+    d: FloatArray,
+    ok: BoolArray,
+    names: tuple[str, ...],
+    particles: Particles,
+    floor: float,
+    distance: Distance,
+    exact: bool,
+) -> ClearanceFit:
+    weight = np.exp(particles.log_weight)
+    matters = np.isfinite(particles.clearance)
+    rows, group = np.unique(matters, axis=0, return_inverse=True)
+    mass = np.bincount(group.ravel(), weight, len(rows))
+    order = np.lexsort((rows.sum(axis=1), -mass))
+    subsets = tuple(
+        (tuple(n for n, m in zip(names, rows[i], strict=True) if m), float(mass[i]))
+        for i in order[:10]
+    )
+    chosen = rows[order[0]]
+    columns = np.flatnonzero(chosen)
+    mine = group.ravel() == order[0]
+    space = ClearanceSpace.of(d, ok, floor)
+    consistent = space.allows(columns.tolist())
+    value, interval = {}, {}
+    for k in columns:
+        column, part = particles.clearance[mine, k], weight[mine]
+        c = float(part @ column / part.sum())
+        if consistent:
+            ends = space.interval(columns.tolist(), int(k))
+            c = min(max(c, ends[0]), ends[1])
+        else:
+            ends = _credible(column, part)
+        value[names[k]], interval[names[k]] = c, ends
+    needed = max(value.values(), default=floor)
+    uninformed = tuple(n for k, n in enumerate(names) if not chosen[k] and space.upper[k] >= needed)
+    required = space.required()
+    possible = space.upper >= floor
+    rule = ClearanceRule(value, interval, uninformed, distance)
+    c = np.where(chosen, [value.get(n, -np.inf) for n in names], -np.inf)
+    wrong = (margins(d, c[None])[0] >= 0) != ok
+    return ClearanceFit(
+        rule=rule,
+        symbols=names,
+        probability={n: float(weight @ matters[:, k]) for k, n in enumerate(names)},
+        subsets=subsets,
+        undecided=tuple(
+            n
+            for k, n in enumerate(names)
+            if space.consistent and possible[k] and not required[k] and n not in uninformed
+        ),
+        consistent=space.consistent,
+        contradicted=tuple(np.flatnonzero(wrong).tolist()),
+        at_most={n: float(space.upper[k]) for k, n in enumerate(names)},
+        shared=_shared_share(particles),
+        position_noise=float(weight @ particles.sigma),
+        exact=exact,
+        fewest=space.fewest_classes_bound() if space.consistent else None,
+        particles=particles,
+    )
+
+
+def _shared_share(particles: Particles) -> float:
+    """Posterior mass of the particles whose classes all have the same clearance."""
+    c = particles.clearance
+    high = c.max(axis=1, initial=-np.inf)
+    low = np.where(np.isfinite(c), c, np.inf).min(axis=1, initial=np.inf)
+    return float(np.exp(particles.log_weight) @ ((high == low) | (low == np.inf)))
+
+
+def _credible(values: FloatArray, weight: FloatArray) -> tuple[float, float]:
+    """Central 95 % of weighted values."""
+    order = np.argsort(values, kind="stable")
+    total = np.cumsum(weight[order]) / weight.sum()
+    low, high = np.searchsorted(total, (0.025, 0.975))
+    last = len(order) - 1
+    return float(values[order[min(low, last)]]), float(values[order[min(high, last)]])

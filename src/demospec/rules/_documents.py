@@ -1,0 +1,174 @@
+"""Rules as JSON documents: the answer of ``demospec rules SET``, and any part of it."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, cast
+
+from demospec.errors import InputError
+from demospec.files import read_json
+from demospec.rules._clearance_distance import Distance
+from demospec.rules._results import ClearanceRule, RuleSet, TypeRules
+
+
+def rules_document(rules: RuleSet) -> dict[str, Any]:
+    """The JSON answer of ``demospec rules SET``: see DESIGN in docs/rules.md.
+
+    A bound that does not exist is null. `read_rules` of the document gives equal rules.
+    """
+    return {
+        "types": {name: _type_document(rule) for name, rule in rules.rules.items()},
+        "units": rules.units,
+        "metres_per_unit": rules.metres_per_unit,
+        "notes": list(rules.notes),
+    }
+
+
+def _type_document(rule: TypeRules) -> dict[str, Any]:
+    clearance = None
+    if rule.clearance is not None:
+        c = rule.clearance
+        clearance = {
+            "relevant": list(c.relevant),
+            "uninformed": list(c.uninformed),
+            "interval": {s: [_bound(a), _bound(b)] for s, (a, b) in c.interval.items()},
+            "value": {s: float(v) for s, v in c.value.items()},
+            "distance": c.distance,
+        }
+    return {
+        "clearance": clearance,
+        "influence": rule.influence,
+        "sentence": rule.sentence,
+        "evidence": dict(rule.evidence),
+    }
+
+
+def _bound(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None
+
+
+def read_rules(path: str | os.PathLike[str]) -> RuleSet:
+    """Reads a rule file: the JSON answer of ``rules``, or a hand-written part of it.
+
+    The least there may be is
+    ``{"types": {"careful": {"clearance": {"relevant": ["glass"], "value": {"glass": 3.0}}}}}``;
+    ``relevant`` may be left out (then every symbol with a value matters). A type with an
+    ``influence`` answer alone is judged by that rule, with exact integers.
+
+    Raises:
+        InputError: One line with file, field, what was expected and what came.
+    """
+    file = Path(path)
+    return rules_from_document(read_json(file, limit_bytes=1 << 28), file=file)
+
+
+def rules_from_document(document: Any, *, file: str | os.PathLike[str] | None = None) -> RuleSet:
+    """`read_rules` for a document in memory."""
+    try:
+        return _rule_set(document)
+    except InputError as error:
+        raise error.at(file=file) from error
+
+
+def _rule_set(document: Any) -> RuleSet:
+    top = _mapping(document, None)
+    if "types" not in top:
+        raise InputError("rules by user type", _keys(top), field="types")
+    types = _mapping(top["types"], "types")
+    if not types:
+        raise InputError("at least one user type", "none", field="types")
+    units = top.get("units", "px")
+    if not isinstance(units, str):
+        raise InputError("a word such as px", units, field="units")
+    scale = top.get("metres_per_unit")
+    if scale is not None:
+        scale = _number(scale, "metres_per_unit")
+        if scale <= 0:
+            raise InputError("a number > 0 or null", scale, field="metres_per_unit")
+    notes = top.get("notes", [])
+    if not isinstance(notes, list) or not all(isinstance(n, str) for n in notes):
+        raise InputError("a list of texts", notes, field="notes")
+    rules = {}
+    for name, entry in types.items():
+        if not name:
+            raise InputError("type names that are not empty", "''", field="types")
+        rules[name] = _type_rules(_mapping(entry, f"types.{name}"), f"types.{name}")
+    return RuleSet(rules, units, scale, tuple(notes))
+
+
+def _type_rules(entry: Mapping[str, Any], at: str) -> TypeRules:
+    sentence = entry.get("sentence", "")
+    if not isinstance(sentence, str):
+        raise InputError("a text", sentence, field=f"{at}.sentence")
+    evidence = _mapping(entry.get("evidence", {}), f"{at}.evidence")
+    clearance = entry.get("clearance")
+    influence = entry.get("influence")
+    if clearance is None and influence is None and not sentence:
+        raise InputError("a clearance or an influence rule", _keys(entry), field=at)
+    if influence is not None:
+        influence = _mapping(influence, f"{at}.influence")
+        if clearance is None:
+            from demospec.rules._influence_rule import check_influence
+
+            check_influence(influence, f"{at}.influence")
+    rule = None if clearance is None else _clearance(_mapping(clearance, f"{at}.clearance"), at)
+    return TypeRules(rule, influence, sentence, evidence)
+
+
+def _clearance(entry: Mapping[str, Any], at: str) -> ClearanceRule:
+    at = f"{at}.clearance"
+    value = _mapping(entry.get("value", {}), f"{at}.value")
+    relevant = _words(entry.get("relevant", list(value)), f"{at}.relevant")
+    numbers = {}
+    for symbol in relevant:
+        if symbol not in value:
+            raise InputError("a value for every relevant symbol", _keys(value), field=f"{at}.value")
+        numbers[symbol] = _number(value[symbol], f"{at}.value.{symbol}")
+    interval = {}
+    for symbol, ends in _mapping(entry.get("interval", {}), f"{at}.interval").items():
+        field = f"{at}.interval.{symbol}"
+        if not isinstance(ends, list) or len(ends) != 2:
+            raise InputError("[lower end, upper end]", ends, field=field)
+        low = -math.inf if ends[0] is None else _number(ends[0], field)
+        high = math.inf if ends[1] is None else _number(ends[1], field)
+        if low > high:
+            raise InputError("the lower end first", ends, field=field)
+        interval[symbol] = (low, high)
+    uninformed = tuple(_words(entry.get("uninformed", []), f"{at}.uninformed"))
+    distance = entry.get("distance", "footprint")
+    if distance not in ("footprint", "center"):
+        raise InputError("footprint or center", distance, field=f"{at}.distance")
+    return ClearanceRule(numbers, interval, uninformed, cast(Distance, distance))
+
+
+def _mapping(value: Any, field: str | None) -> dict[str, Any]:
+    if not isinstance(value, dict):
+        raise InputError("an object {…}", value, field=field)
+    return value
+
+
+def _words(value: Any, field: str) -> list[str]:
+    if not isinstance(value, list) or not all(isinstance(w, str) and w for w in value):
+        raise InputError("a list of symbols", value, field=field)
+    if len(set(value)) != len(value):
+        raise InputError("each symbol once", value, field=field)
+    return value
+
+
+def _number(value: Any, field: str) -> float:
+    wrong = isinstance(value, bool) or not isinstance(value, (int, float))
+    if not wrong:
+        try:
+            wrong = not abs(float(value)) <= 1e9
+        except OverflowError:
+            wrong = True
+    if wrong:
+        raise InputError("a finite number of size at most 1e+09", value, field=field)
+    return float(value)
+
+
+def _keys(value: Mapping[str, Any]) -> str:
+    return f"only {', '.join(map(repr, list(value)[:6]))}" if value else "an empty object"
