@@ -18,6 +18,8 @@ from demospec.demonstrations._protocol import (
 )
 from demospec.demonstrations._schema import parse
 from demospec.demonstrations._set import DemonstrationSet
+from demospec.demonstrations._simulate import random_paths, simulate_set
+from demospec.demonstrations._simulate_truth import true_clearances
 from demospec.demonstrations._store import pictures_in_memory, read_set, write_set
 from demospec.demonstrations._stream import count_rows, iterate_batches
 from demospec.demonstrations._trajectory import (
@@ -52,7 +54,10 @@ __all__ = [
     "p_valid_mean",
     "parse",
     "pictures_in_memory",
+    "random_paths",
     "read_set",
     "resample",
+    "simulate_set",
+    "true_clearances",
     "write_set",
 ]

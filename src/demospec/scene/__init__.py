@@ -1,16 +1,49 @@
-"""Scenes: symbols, poses, footprints, pictures."""
+"""Scenes: symbols, poses, footprints, catalogues, pictures, interventions."""
 
+from demospec.scene._catalogue import TASK_SYMBOLS, Catalogue, CatalogueItem, load_catalogue
+from demospec.scene._compose import Placement, compose_scene
+from demospec.scene._draw_scene import STATISTICS, SceneStatistics, draw_scene
 from demospec.scene._footprints import Capsule, Disc, Footprint, Polygon, rectangle
+from demospec.scene._free_places import free_places, room_around
+from demospec.scene._interventions import (
+    light_of,
+    move_object,
+    overlay,
+    placebo_patch,
+    remove_object,
+    swap_object,
+)
+from demospec.scene._light import draw_light
+from demospec.scene._tables import draw_table
 from demospec.scene._types import Image, Picture, Scene, SceneObject
 
 __all__ = [
+    "STATISTICS",
+    "TASK_SYMBOLS",
     "Capsule",
+    "Catalogue",
+    "CatalogueItem",
     "Disc",
     "Footprint",
     "Image",
     "Picture",
+    "Placement",
     "Polygon",
     "Scene",
     "SceneObject",
+    "SceneStatistics",
+    "compose_scene",
+    "draw_light",
+    "draw_scene",
+    "draw_table",
+    "free_places",
+    "light_of",
+    "load_catalogue",
+    "move_object",
+    "overlay",
+    "placebo_patch",
     "rectangle",
+    "remove_object",
+    "room_around",
+    "swap_object",
 ]

@@ -1,0 +1,250 @@
+"""Changing a scene: add, remove, move, swap an object; and a change that changes nothing.
+
+Simulated scenes are drawn again from what they were composed of. A user's picture is changed
+in place: new objects are laid onto it with an estimated light, and where an object goes, the
+table around it is continued into the gap.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from demospec.errors import InputError
+from demospec.frames import FloatArray
+from demospec.scene._catalogue import Catalogue, CatalogueItem, load_catalogue
+from demospec.scene._compose import (
+    Stamp,
+    as_object,
+    draw,
+    item_entry,
+    pixels_per_metre,
+    render_of,
+    to_image,
+)
+from demospec.scene._inpaint import filled
+from demospec.scene._light import DEFAULT_LIGHT, Light
+from demospec.scene._types import Picture, Scene, SceneObject
+
+
+def light_of(scene: Scene) -> Light:
+    """The scene's own light; for a user's picture a plain one as bright as the picture."""
+    render = render_of(scene)
+    if render is not None:
+        return dict(render["light"])
+    bright = float(np.percentile(scene.pixels(), 75)) / 255.0
+    return {**DEFAULT_LIGHT, "strength": float(np.clip(0.55 + 0.6 * bright, 0.6, 1.05))}
+
+
+def overlay(
+    scene: Scene,
+    item: CatalogueItem | str,
+    center: ArrayLike,
+    angle_rad: float = 0.0,
+    *,
+    catalogue: str | Catalogue = "builtin",
+    rng: np.random.Generator | None = None,
+    metres_per_px: float | None = None,
+    id: str | None = None,
+) -> Scene:
+    """The scene with one more object in the picture *and* in the object list.
+
+    Drawn with the scene's own light and shadow. Nothing changes outside the object's and its
+    shadow's neighbourhood. Where the scene's objects are not listed, they stay not listed.
+
+    Args:
+        scene: With a picture, or with an object list only.
+        item: A catalogue item, or a symbol of which `rng` draws one.
+        center: (2,) pixels; snapped to a third of a pixel.
+        angle_rad: Counter-clockwise; snapped to 5°.
+        catalogue: Where a symbol's items come from (all parts), or the catalogue itself.
+        metres_per_px: Scale of a user's picture (a set's ``metres_per_unit``); a simulated
+            scene knows its own. Unknown: the picture is taken to be 0.82 m wide.
+        id: Of the new object; by default symbol and the next free number.
+    """
+    chosen = _chosen(item, catalogue, rng)
+    scale = pixels_per_metre(scene, metres_per_px)
+    name = id or _new_id(scene, chosen.symbol)
+    if any(o.id == name for o in scene.objects or ()):
+        raise InputError("a new object id", name, row=f"scene {scene.scene_id}", field="id")
+    thing = as_object(chosen, center, angle_rad, 1.0 / scale, name)
+    picture = scene.picture
+    if picture is not None:
+        image = picture.pixels / 255.0
+        stamp = Stamp.of(chosen, thing.center, angle_rad, light_of(scene), 1.0 / scale)
+        stamp.cast(image)
+        stamp.put(image)
+        picture = Picture(array=to_image(image))
+    objects = None if scene.objects is None else (*scene.objects, thing)
+    changed = replace(scene, objects=objects, picture=picture)
+    return _with_item(changed, name, item_entry(chosen, angle_rad))
+
+
+def _chosen(
+    item: CatalogueItem | str, catalogue: str | Catalogue, rng: np.random.Generator | None
+) -> CatalogueItem:
+    if isinstance(item, CatalogueItem):
+        return item
+    source = load_catalogue(catalogue) if isinstance(catalogue, str) else catalogue
+    items = source.of_symbol(item)
+    return items[int((rng or np.random.default_rng(0)).integers(len(items)))]
+
+
+def _new_id(scene: Scene, symbol: str) -> str:
+    taken = {o.id for o in scene.objects or ()}
+    number = 0
+    while f"{symbol}-{number}" in taken:
+        number += 1
+    return f"{symbol}-{number}"
+
+
+def _with_item(scene: Scene, name: str, entry: dict[str, Any] | None) -> Scene:
+    """The scene with one entry of ``render.items`` set or (None) taken away."""
+    render = render_of(scene)
+    if render is None or (scene.objects is None and entry is not None):
+        return scene
+    items = {key: value for key, value in render["items"].items() if key != name}
+    if entry is not None:
+        items[name] = entry
+    new = {**render, "items": items}
+    extra = tuple((key, new if key == "render" else value) for key, value in scene.extra)
+    return replace(scene, extra=extra)
+
+
+def _object(scene: Scene, object_id: str) -> SceneObject:
+    for thing in scene.listed_objects():
+        if thing.id == object_id:
+            return thing
+    known = ", ".join(o.id for o in scene.listed_objects()) or "none"
+    raise InputError(
+        f"an object of the scene ({known})", object_id, row=f"scene {scene.scene_id}", field="id"
+    )
+
+
+def remove_object(scene: Scene, object_id: str) -> Scene:
+    """The scene without one object, in picture and list.
+
+    A simulated scene is drawn without it; pixels that the object and its shadow did not touch
+    stay as they are. In a user's picture the object's outline and a rim for its shadow are
+    filled from the table around.
+    """
+    thing = _object(scene, object_id)
+    rest = tuple(o for o in scene.listed_objects() if o.id != object_id)
+    picture = scene.picture
+    if picture is not None:
+        render = render_of(scene)
+        if render is not None and object_id in render["items"]:
+            size = picture.size_px
+            before = to_image(draw(render, scene.listed_objects(), size))
+            after = to_image(draw(render, rest, size))
+            touched = (before != after).any(axis=2, keepdims=True)
+            picture = Picture(array=np.where(touched, after, picture.pixels))
+        else:
+            picture = Picture(array=filled(picture.pixels, _shade_mask(scene, thing)))
+    return _with_item(replace(scene, objects=rest, picture=picture), object_id, None)
+
+
+def _shade_mask(scene: Scene, thing: SceneObject, rim: float = 0.035) -> FloatArray:
+    """(h, w) bool: the outline and a rim (share of the picture's width) for its shadow."""
+    assert scene.picture is not None
+    width, height = scene.picture.size_px
+    x, y = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
+    points = np.stack([x, y], axis=-1)
+    near = thing.outline.signed_distance(points) <= rim * width
+    for other in scene.objects or ():
+        if other.id != thing.id:  # never paint over a neighbour
+            near &= other.outline.signed_distance(points) > 0.01 * width
+    return near
+
+
+def move_object(scene: Scene, object_id: str, center: ArrayLike) -> Scene:
+    """The scene with one object standing elsewhere (pixels), same item, same angle.
+
+    Raises:
+        InputError: No such object, or the scene does not know which item it is (a user's
+            picture: remove it and lay another over).
+    """
+    item, angle = _known_item(scene, object_id)
+    return overlay(remove_object(scene, object_id), item, center, angle, id=object_id)
+
+
+def swap_object(
+    scene: Scene,
+    object_id: str,
+    item: CatalogueItem | str,
+    *,
+    catalogue: str | Catalogue = "builtin",
+    rng: np.random.Generator | None = None,
+    metres_per_px: float | None = None,
+) -> Scene:
+    """Another item (or a random one of a symbol) where an object stood: a glass for the bowl.
+
+    The new object gets a new id; in a user's picture too.
+    """
+    thing = _object(scene, object_id)
+    chosen = _chosen(item, catalogue, rng)
+    bare = remove_object(scene, object_id)
+    return overlay(bare, chosen, thing.center, 0.0, metres_per_px=metres_per_px)
+
+
+def _known_item(scene: Scene, object_id: str) -> tuple[CatalogueItem, float]:
+    _object(scene, object_id)
+    render = render_of(scene)
+    if render is None or object_id not in render["items"]:
+        raise InputError(
+            "an object of a simulated scene (a user's picture does not say what stands there)",
+            object_id, row=f"scene {scene.scene_id}", field="id",
+        )  # fmt: skip
+    entry = render["items"][object_id]
+    return load_catalogue(entry["catalogue"]).item(entry["item"]), float(entry["angle"])
+
+
+def placebo_patch(
+    scene: Scene,
+    center: ArrayLike,
+    rng: np.random.Generator,
+    *,
+    radius_px: float = 8.0,
+) -> Scene:
+    """A moved patch of bare table, blended in: a change that must change no judgement.
+
+    A disc of table from a random free place replaces the disc about `center`, with its mean
+    brightness matched to the place and a soft edge. The object list stays as it is.
+
+    Args:
+        scene: With a picture.
+        center: (2,) pixels, on bare table.
+        rng: Draws where the patch comes from.
+        radius_px: Of the patch.
+
+    Raises:
+        InputError: The scene has no other free place of that size.
+    """
+    from demospec.scene._free_places import free_places
+
+    image = scene.pixels() / 255.0
+    height, width = image.shape[:2]
+    to = np.asarray(center, dtype=np.float64)
+    places = free_places(scene, radius_px, 32, rng)
+    away = places[np.linalg.norm(places - to, axis=1) > 0.5 * radius_px]
+    if len(away) == 0:
+        raise InputError(
+            f"room for a patch of radius {radius_px:g} px", "none",
+            row=f"scene {scene.scene_id}", field="placebo",
+        )  # fmt: skip
+    shift = np.round(away[0] - to).astype(int)
+    y, x = np.mgrid[0:height, 0:width]
+    distance = np.hypot(x + 0.5 - to[0], y + 0.5 - to[1])
+    weight = np.clip((radius_px - distance) / (0.45 * radius_px), 0.0, 1.0)
+    weight = weight * weight * (3 - 2 * weight)
+    inside = (weight > 0) & (x + shift[0] >= 0) & (x + shift[0] < width)
+    inside &= (y + shift[1] >= 0) & (y + shift[1] < height)
+    here = image[y[inside], x[inside]]
+    there = image[y[inside] + shift[1], x[inside] + shift[0]]
+    w = weight[inside][:, None]
+    matched = there + ((here - there) * w).sum(axis=0) / w.sum()
+    image[y[inside], x[inside]] = here * (1 - w) + matched * w
+    return replace(scene, picture=Picture(array=to_image(image)))
