@@ -1,0 +1,130 @@
+"""The table and the scene's objects as three-dimensional bodies in MuJoCo.
+
+World frame: metres, z up, the robot at the origin looking along +x. The picture's bottom edge
+is the table's edge nearest to the robot, so picture right is world −y and picture up world +x.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from demospec.frames import FloatArray, PixelFrame
+from demospec.scene import Capsule, Disc, Footprint, Polygon, Scene, SceneObject
+
+if TYPE_CHECKING:
+    import mujoco
+
+HEIGHT_M = {
+    "glass": 0.12, "bowl": 0.06, "plate": 0.02, "utensil": 0.012, "mug": 0.09, "bottle": 0.22,
+    "drill": 0.08, "hammer": 0.04, "screwdriver": 0.03, "wrench": 0.015, "clamp": 0.05,
+}  # fmt: skip
+"""Usual heights; a picture from above does not show them. Anything else is 8 cm high."""
+
+_OTHER_HEIGHT_M = 0.08
+_LEAST_RADIUS_M = 0.01
+"""Body of an object of which only the centre is known."""
+
+_COLOURS = ((0.90, 0.62, 0.0), (0.34, 0.71, 0.91), (0.0, 0.62, 0.45), (0.80, 0.47, 0.65))
+
+
+@dataclass(frozen=True)
+class Placement:
+    """Where the table frame lies in the world.
+
+    Args:
+        frame: The scene's pixel frame.
+        near_left_m: World (x, y, z) of the picture's bottom-left corner, on the table top.
+    """
+
+    frame: PixelFrame
+    near_left_m: tuple[float, float, float]
+
+    def to_world(self, points_px: FloatArray, height_m: float = 0.0) -> FloatArray:
+        """(n, 2) pixels → (n, 3) world metres, `height_m` over the table top."""
+        table = self.frame.to_metres(np.asarray(points_px, dtype=np.float64)[:, :2])
+        x0, y0, z0 = self.near_left_m
+        up = np.full(len(table), z0 + height_m)
+        return np.stack([x0 + table[:, 1], y0 - table[:, 0], up], axis=1)
+
+    def to_pixels(self, world_m: FloatArray) -> FloatArray:
+        """(n, 3) world metres → (n, 2) pixels; the height is dropped."""
+        x0, y0, _ = self.near_left_m
+        table = np.stack([y0 - world_m[:, 1], world_m[:, 0] - x0], axis=1)
+        return self.frame.to_pixels(table)
+
+
+def object_height_m(item: SceneObject) -> float:
+    """The height that an object of this class usually has, metres."""
+    return HEIGHT_M.get(item.symbol, _OTHER_HEIGHT_M)
+
+
+def add_table(
+    spec: mujoco.MjSpec, scene: Scene, place: Placement, size_px: tuple[int, int]
+) -> None:
+    """Adds the table top and one fixed body per object: ``table``, ``object/ID``.
+
+    A body is the upright prism over the footprint's convex hull (MuJoCo collides convex
+    shapes only), so 3-D clearances are on the safe side for footprints with notches.
+    """
+    import mujoco
+
+    corners = place.to_world(np.array([[0.0, 0.0], [size_px[0], size_px[1]]]))
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    middle, half = (low + high) / 2, (high - low) / 2
+    table = spec.worldbody.add_body(name="table", pos=[middle[0], middle[1], middle[2] - 0.02])
+    table.add_geom(
+        name="table",
+        type=mujoco.mjtGeom.mjGEOM_BOX,
+        size=[half[0] + 0.03, half[1] + 0.03, 0.02],
+        rgba=[0.62, 0.47, 0.32, 1.0],
+    )
+    symbols = sorted({o.symbol for o in scene.objects or ()})
+    for item in scene.objects or ():
+        colour = _COLOURS[symbols.index(item.symbol) % len(_COLOURS)]
+        _add_object(spec, item, place, [*colour, 1.0])
+
+
+def _add_object(
+    spec: mujoco.MjSpec, item: SceneObject, place: Placement, rgba: list[float]
+) -> None:
+    import mujoco
+
+    height = object_height_m(item)
+    base = place.to_world(np.array([item.center]))[0]
+    name = f"object/{item.id}"
+    body = spec.worldbody.add_body(name=name, pos=base)
+    scale = place.frame.length_to_metres(1.0)
+    geom: dict[str, Any] = {"name": name, "rgba": rgba}
+    rim = _rim(item.outline)
+    if rim is None:
+        assert isinstance(item.outline, Disc)
+        radius = max(item.outline.radius * scale, _LEAST_RADIUS_M)
+        body.add_geom(
+            type=mujoco.mjtGeom.mjGEOM_CYLINDER,
+            size=[radius, height / 2, 0.0],
+            pos=[0.0, 0.0, height / 2],
+            **geom,
+        )
+        return
+    floor = place.to_world(rim) - base
+    prism = np.concatenate([floor, floor + np.array([0.0, 0.0, height])])
+    spec.add_mesh(name=name, uservert=prism.ravel())
+    body.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, **geom)
+
+
+def _rim(shape: Footprint, n: int = 32) -> FloatArray | None:
+    """Points whose convex hull holds the footprint, or None for a disc."""
+    if isinstance(shape, Disc):
+        return None
+    if isinstance(shape, Polygon):
+        return shape.vertices
+    if isinstance(shape, Capsule):
+        angle = np.linspace(0.0, 2 * np.pi, n, endpoint=False)
+        ring = np.stack([np.cos(angle), np.sin(angle)], axis=1) * shape.radius
+        ends = np.array([shape.start, shape.end])
+        return np.asarray((ends[:, None] + ring).reshape(-1, 2))
+    x0, y0, x1, y1 = shape.bounds
+    return np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
