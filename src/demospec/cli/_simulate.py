@@ -2,9 +2,89 @@
 
 from __future__ import annotations
 
-from demospec.errors import DemospecError
+from typing import Annotated
+
+import typer
+
+from demospec.cli._common import (
+    Force,
+    Json,
+    OutFolder,
+    Seed,
+    print_json,
+    print_table,
+    progress_bar,
+    say,
+)
 
 
-def simulate() -> None:
-    """Not yet."""
-    raise DemospecError("simulate: not yet")
+def simulate(
+    out: OutFolder,
+    task: Annotated[
+        str, typer.Option(help="tabletop (Bézier curves) or workbench (free strokes).")
+    ] = "tabletop",
+    catalogue: Annotated[
+        str, typer.Option(help="builtin, or sweethome3d (Debian package sweethome3d-furniture).")
+    ] = "builtin",
+    train_scenes: Annotated[int, typer.Option(min=0, help="Scenes of seen items.")] = 20,
+    test_scenes: Annotated[int, typer.Option(min=0, help="Scenes of unseen items.")] = 20,
+    demonstrations: Annotated[int, typer.Option(min=1, help="Per scene and user type.")] = 10,
+    size_px: Annotated[int, typer.Option("--size-px", help="Side of the pictures, pixels.")] = 100,
+    clearance_px: Annotated[
+        float | None,
+        typer.Option("--clearance-px", help="What careful and normal keep [3 px at 100 px]."),
+    ] = None,
+    label_noise: Annotated[float, typer.Option(help="Share of labels flipped, 0 to 0.5.")] = 0.0,
+    objects: Annotated[
+        bool, typer.Option("--objects/--no-objects", help="Whether test scenes list objects.")
+    ] = True,
+    balanced: Annotated[
+        bool, typer.Option("--balanced", help="Half of the demonstrations valid, where possible.")
+    ] = False,
+    name: Annotated[str | None, typer.Option(help="Name of the set.")] = None,
+    seed: Seed = 0,
+    json: Json = False,
+    force: Force = False,
+) -> None:
+    """Make a demonstration set of simulated demonstrators with known truth.
+
+    careful keeps a clearance from every footprint, normal from glasses (workbench: drills)
+    only, aggressive from nothing. The truth goes into SET/truth.json, a rule file.
+    """
+    from demospec.demonstrations import simulate_set, write_set
+
+    with progress_bar() as progress:
+        data, truth = simulate_set(
+            task,
+            catalogue,
+            train_scenes,
+            test_scenes,
+            demonstrations,
+            seed,
+            size_px,
+            clearance_px=clearance_px,
+            label_noise=label_noise,
+            test_objects=objects,
+            balanced=balanced,
+            name=name,
+            progress=progress,
+        )
+        write_set(data, out, replace_existing=force, documents={"truth.json": truth})
+    say(f"wrote {out}")
+    demos = data.demonstrations
+    of_split = {scene.scene_id: scene.split for scene in data.scenes}
+    rows = []
+    for split in ("train", "test"):
+        here = [i for i in range(len(demos)) if of_split[demos.scene_id[i]] == split]
+        scenes = sum(scene.split == split for scene in data.scenes)
+        for type_ in data.types:
+            valid = [bool(demos.valid[i] == 1) for i in here if demos.type[i] == type_]
+            if valid:
+                rows.append((split, scenes, type_, len(valid), sum(valid), sum(valid) / len(valid)))
+    if json:
+        fields = ("split", "scenes", "type", "n", "valid", "p_valid")
+        table = [dict(zip(fields, row, strict=True)) for row in rows]
+        print_json({"set": str(out), "name": data.name, "counts": table, "truth": truth})
+    else:
+        header = ("split", "scenes", "type", "demonstrations", "valid", "P(valid)")
+        print_table(data.name, header, rows)
