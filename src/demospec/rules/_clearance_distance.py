@@ -93,7 +93,7 @@ def nearest_approach(
     if not items:
         return out
     for low, high in flat.chunks():
-        part = flat.part(low, high)
+        part = DensePaths(flat.part(low, high))
         for item in items:
             k = column[item.symbol]
             found, _, _ = nearest_points(part, shape_of(item, distance))
@@ -109,75 +109,92 @@ def shape_of(item: SceneObject, distance: Distance) -> Footprint:
 def nearest_points(paths: FlatPaths, shape: Footprint) -> tuple[FloatArray, np.ndarray, FloatArray]:
     """Where each dense path comes nearest to a footprint.
 
+    Looks at every `_COARSE`th dense point, then, four times finer each round, only between
+    neighbours that could have a nearer point between them: with distances d_a, d_b and a
+    stretch of length L there, nothing is nearer than (d_a + d_b − L) / 2.
+
     Returns:
         Distance (n,); row in ``paths.points`` of the segment's first point (n,); how far along
         that segment, in [0, 1) (n,).
     """
-    p, offsets = paths.points, paths.offsets
-    n = len(offsets) - 1
-    starts, ends = offsets[:-1], offsets[1:]
-    path_of = np.repeat(np.arange(n), ends - starts)
-    step = np.zeros(len(p))  # length of the segment that begins here; 0 at the last point
-    step[:-1] = np.linalg.norm(p[1:] - p[:-1], axis=1)
-    step[ends - 1] = 0.0
-    pieces = np.clip(np.ceil(step / SPACING), 1, 1_000_000).astype(np.int64)
+    dense = paths if isinstance(paths, DensePaths) else DensePaths(paths)
+    n = len(dense.first)
+    counts = -(-(dense.last - dense.first) // _COARSE) + 1
+    begin = np.concatenate([[0], np.cumsum(counts)])
+    owner = np.repeat(np.arange(n), counts)
+    at = dense.first[owner] + _COARSE * (np.arange(begin[-1]) - begin[owner])
+    at = np.minimum(at, dense.last[owner])
+    gap = shape.signed_distance(dense.points(at))
+    best = np.minimum.reduceat(gap, begin[:-1])
+    hit = np.flatnonzero(gap == best[owner])
+    where = np.zeros(n, dtype=np.int64)
+    where[owner[hit[::-1]]] = at[hit[::-1]]
 
-    low, high = _bounds(p, shape)
-    limit = np.minimum.reduceat(high, starts)
-    exact = np.full(len(p), np.inf)
-    ask = _segments_below(low, step, limit[path_of])
-    ask[1:] |= ask[:-1] & (step[:-1] > 0)
-    rows = np.flatnonzero(ask)
-    exact[rows] = shape.signed_distance(p[rows])
-    best = np.minimum.reduceat(exact, starts)
-    # Among the points just measured, the segments that may still dip below the best point.
-    dense = ask & (pieces > 1)
-    dense[:-1] &= np.isfinite(exact[1:])
-    later = np.append(exact[1:], np.inf)
-    dense &= np.where(dense, exact + later - step, np.inf) / 2 < best[path_of]
-    rows = np.flatnonzero(dense)
-
-    first = np.full(n, -1, dtype=np.int64)
-    along = np.zeros(n)
-    at = np.flatnonzero(exact == best[path_of])
-    first[path_of[at[::-1]]] = at[::-1]
-    if len(rows):
-        inner = pieces[rows] - 1
-        segment = np.repeat(rows, inner)
-        begin = np.concatenate([[0], np.cumsum(inner)[:-1]])
-        fraction = (np.arange(len(segment)) - np.repeat(begin, inner) + 1) / pieces[segment]
-        between = p[segment] + fraction[:, None] * (p[segment + 1] - p[segment])
-        gap = shape.signed_distance(between)
-        owner = path_of[segment]
-        order = np.lexsort((gap, owner))
+    ends = np.ones(len(at), dtype=bool)
+    ends[begin[1:] - 1] = False  # no stretch begins at a path's last point
+    left = np.flatnonzero(ends)
+    low, high, low_gap, high_gap = at[left], at[left + 1], gap[left], gap[left + 1]
+    owner = owner[left]
+    while True:
+        dip = (low_gap + high_gap - (dense.arc(high) - dense.arc(low)) * _OVER) / 2
+        keep = np.flatnonzero((high - low > 1) & (dip < best[owner]))
+        if not len(keep):
+            break
+        low, high, owner = low[keep], high[keep], owner[keep]
+        fifths = (np.arange(5) * (high - low)[:, None]) // 4 + low[:, None]
+        inner = shape.signed_distance(dense.points(fifths[:, 1:4]))
+        every = np.concatenate([low_gap[keep][:, None], inner, high_gap[keep][:, None]], axis=1)
+        order = np.lexsort((inner.min(axis=1), owner))
         lead = order[np.concatenate([[True], owner[order][1:] != owner[order][:-1]])]
-        lead = lead[gap[lead] < best[owner[lead]]]
-        best[owner[lead]] = gap[lead]
-        first[owner[lead]] = segment[lead]
-        along[owner[lead]] = fraction[lead]
-    return best, first, along
+        nearest = inner[lead].argmin(axis=1)
+        value = inner[lead, nearest]
+        better = value < best[owner[lead]]
+        best[owner[lead[better]]] = value[better]
+        where[owner[lead[better]]] = fifths[lead[better], nearest[better] + 1]
+        low, high = fifths[:, :4].ravel(), fifths[:, 1:].ravel()
+        low_gap, high_gap = every[:, :4].ravel(), every[:, 1:].ravel()
+        owner = np.repeat(owner, 4)
+    return best, dense.segment[where], dense.fraction(where)
 
 
-def _segments_below(low: FloatArray, step: FloatArray, limit: FloatArray) -> np.ndarray:
-    """Which points, or segments that begin there, may come as near as `limit`."""
-    later = np.append(low[1:], np.inf)
-    later[step == 0] = low[step == 0]
-    return np.asarray(np.minimum((low + later - step) / 2, low) <= limit)
+_COARSE = 64
+_OVER = 1.0 + 1e-9  # rounding must not make a stretch look shorter than it is
 
 
-def _bounds(p: FloatArray, shape: Footprint) -> tuple[FloatArray, FloatArray]:
-    """Cheap lower and upper bounds of the signed distance at points (n, 2)."""
-    x0, y0, x1, y1 = shape.bounds
-    center = np.array([(x0 + x1) / 2, (y0 + y1) / 2])
-    reach = float(np.hypot(x1 - x0, y1 - y0)) / 2
-    away = np.hypot(p[:, 0] - center[0], p[:, 1] - center[1])
-    slack = 1e-9 * (1.0 + reach + float(away.max(initial=0.0)))
-    # Nothing of the footprint lies outside its bounds, and a distance is 1-Lipschitz.
-    outside = np.hypot(
-        np.maximum(np.maximum(x0 - p[:, 0], p[:, 0] - x1), 0.0),
-        np.maximum(np.maximum(y0 - p[:, 1], p[:, 1] - y1), 0.0),
-    )
-    depth = min(x1 - x0, y1 - y0) / 2
-    at_center = float(shape.signed_distance(center[None])[0])
-    low = np.where(outside > 0, outside, -depth)
-    return np.maximum(low, at_center - away) - slack, at_center + away + slack
+class DensePaths:
+    """The dense points of many paths, made only where they are asked for.
+
+    Numbered in a row over all paths; path i has numbers ``first[i]`` … ``last[i]``. The points
+    are those of `densify`, to the last bit.
+    """
+
+    def __init__(self, paths: FlatPaths) -> None:
+        p, offsets = paths.points, paths.offsets
+        step = np.zeros(len(p))
+        step[:-1] = np.linalg.norm(p[1:] - p[:-1], axis=1)
+        step[offsets[1:] - 1] = 0.0
+        self._p = p
+        self._pieces = np.clip(np.ceil(step / SPACING), 1, 1_000_000).astype(np.int64)
+        self._number = np.concatenate([[0], np.cumsum(self._pieces)])
+        self.first = self._number[offsets[:-1]]
+        self.last = self._number[offsets[1:] - 1]
+        self.segment = np.repeat(np.arange(len(p)), self._pieces)
+        self._step = step
+        self._before = np.concatenate([[0.0], np.cumsum(step)[:-1]])
+
+    def fraction(self, number: np.ndarray) -> FloatArray:
+        """How far along its segment a dense point lies, in [0, 1)."""
+        segment = self.segment[number]
+        return np.asarray((number - self._number[segment]) / self._pieces[segment])
+
+    def arc(self, number: np.ndarray) -> FloatArray:
+        """Length walked up to a dense point, over all paths in a row."""
+        segment = self.segment[number]
+        return np.asarray(self._before[segment] + self._step[segment] * self.fraction(number))
+
+    def points(self, number: np.ndarray) -> FloatArray:
+        """(…) numbers → (…, 2) positions."""
+        segment = self.segment[number]
+        after = np.minimum(segment + 1, len(self._p) - 1)
+        here = self._p[segment]
+        return np.asarray(here + self.fraction(number)[..., None] * (self._p[after] - here))
