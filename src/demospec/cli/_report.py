@@ -1,10 +1,35 @@
-"""`demospec report`."""
+"""`demospec report`: a run as one page."""
 
 from __future__ import annotations
 
-from demospec.errors import DemospecError
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from demospec.cli._common import Json, print_json
 
 
-def report() -> None:
-    """Not yet."""
-    raise DemospecError("report: not yet")
+def report(
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="A run folder.")],
+    out: Annotated[
+        Path | None, typer.Option("--out", help="HTML file (default RUN/report.html).")
+    ] = None,
+    markdown: Annotated[
+        bool, typer.Option("--markdown", help="Write a folder with report.md instead.")
+    ] = False,
+    json: Json = False,
+) -> None:
+    """Write the report of a run as one self-contained HTML page (or as Markdown)."""
+    from demospec.report import build_report, write_html, write_markdown
+
+    page = build_report(run)
+    if markdown:
+        path = write_markdown(page, out if out is not None else run / "report-markdown")
+    else:
+        path = out if out is not None else run / "report.html"
+        write_html(page, path)
+    if json:
+        print_json({"report": str(path.resolve()), "summary": list(page.summary)})
+    else:
+        print(path.resolve())

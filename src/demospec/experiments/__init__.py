@@ -1,5 +1,37 @@
 """Experiments: the paper's protocols and our sweeps; many fits, one table."""
 
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
 from demospec.experiments._stages import RunRecord, Stage, run_stages
 
-__all__ = ["RunRecord", "Stage", "run_stages"]
+if TYPE_CHECKING:
+    from demospec.experiments._split import hold_out, without_objects
+    from demospec.experiments._studies import accuracy_study, plan_study, repair_study
+
+__all__ = [
+    "RunRecord",
+    "Stage",
+    "accuracy_study",
+    "hold_out",
+    "plan_study",
+    "repair_study",
+    "run_stages",
+    "without_objects",
+]
+
+_HOME = {
+    "accuracy_study": "_studies",
+    "hold_out": "_split",
+    "plan_study": "_studies",
+    "repair_study": "_studies",
+    "without_objects": "_split",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOME:
+        return getattr(importlib.import_module(f"demospec.experiments.{_HOME[name]}"), name)
+    raise AttributeError(f"module 'demospec.experiments' has no attribute {name!r}")

@@ -1,5 +1,30 @@
-"""The report room."""
+"""The report room: results → view data → one self-contained page. Computes no result."""
 
-from demospec.report._plan_picture import draw_plan
+from __future__ import annotations
 
-__all__ = ["draw_plan"]
+import importlib
+from typing import TYPE_CHECKING, Any
+
+from demospec.report._render import render_html, write_html, write_markdown
+from demospec.report._view import Figure, Report, Section, Table, Text
+
+if TYPE_CHECKING:
+    from demospec.report._build import build_report
+
+__all__ = [
+    "Figure",
+    "Report",
+    "Section",
+    "Table",
+    "Text",
+    "build_report",
+    "render_html",
+    "write_html",
+    "write_markdown",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name == "build_report":
+        return importlib.import_module("demospec.report._build").build_report
+    raise AttributeError(f"module 'demospec.report' has no attribute {name!r}")

@@ -88,13 +88,15 @@ def draw_path(ax: Axes, path: FloatArray, valid: bool | None, **style: Any) -> N
 
 
 def demonstrations_picture(
-    scenes: Sequence[Scene], paths: Sequence[Sequence[tuple[FloatArray, bool | None]]],
+    scenes: Sequence[Scene],
+    paths: Sequence[Sequence[tuple[FloatArray, bool | None]]],
     titles: Sequence[str],
-) -> bytes:  # fmt: skip
+    *,
+    columns: int = 4,
+) -> bytes:
     """One panel per scene with its demonstrations; PNG."""
-    columns = min(4, len(scenes))
-    rows = -(-len(scenes) // columns)
-    figure, axes = new_figure(columns, rows)
+    columns = min(columns, len(scenes))
+    figure, axes = new_figure(columns, -(-len(scenes) // columns))
     for ax in axes[len(scenes) :]:
         ax.set_visible(False)
     for ax, scene, some, title in zip(axes, scenes, paths, titles, strict=False):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 
@@ -65,9 +66,9 @@ def number(value: float | None, digits: int = 2) -> str:
     return "–" if value is None else f"{value:.{digits}f}"
 
 
-def bracket(pair: tuple[float, float] | list[float] | None, digits: int = 1) -> str:
-    """``[1.0, 2.0]``, or a dash; an infinite end is said in words."""
+def bracket(pair: Sequence[float | None] | None, digits: int = 1) -> str:
+    """``[1.0, 2.0]``, or a dash; an end that does not exist (None) is said in words."""
     if pair is None:
         return "–"
-    ends = ["unbounded" if abs(v) > 1e8 else f"{v:.{digits}f}" for v in pair]
+    ends = ["unbounded" if v is None else f"{v:.{digits}f}" for v in pair]
     return f"[{ends[0]}, {ends[1]}]"

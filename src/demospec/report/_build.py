@@ -1,0 +1,101 @@
+"""A run folder → the report: one section for each question that a reader has."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from demospec.demonstrations import DemonstrationSet, read_set
+from demospec.errors import InputError
+from demospec.files import read_json
+from demospec.report._view import Report, Section
+
+
+@dataclass(frozen=True)
+class Run:
+    """What a run folder holds. A document that is absent is None; its section is left out."""
+
+    folder: Path
+    record: dict[str, Any]
+    data: DemonstrationSet
+    accuracy: dict[str, Any] | None
+    rules: dict[str, Any] | None
+    causes: dict[str, Any] | None
+    plans: dict[str, Any] | None
+    repairs: dict[str, Any] | None
+    audit: dict[str, Any] | None
+    query: dict[str, Any] | None
+
+
+def read_run(folder: Path) -> Run:
+    """Reads a run folder.
+
+    Raises:
+        InputError: No run of ours, or a document of it is damaged.
+    """
+    if not (folder / "run.json").is_file():
+        raise InputError("a run folder (with run.json)", "none", file=folder)
+
+    def document(name: str) -> dict[str, Any] | None:
+        file = folder / f"{name}.json"
+        if not file.is_file():
+            return None
+        content = read_json(file)
+        if not isinstance(content, dict):
+            raise InputError("a JSON object", type(content).__name__, file=file)
+        return content
+
+    record = document("run") or {}
+    names = ("accuracy", "rules", "causes", "plans", "repairs", "audit", "query")
+    return Run(folder, record, read_set(folder / "set"), *(document(n) for n in names))
+
+
+def build_report(folder: Path) -> Report:
+    """The report of a run folder.
+
+    Raises:
+        InputError: No run of ours, or a document lacks a field.
+    """
+    from demospec.report._sections_learned import cares, doubts, sure
+    from demospec.report._sections_outcome import accuracy, computed, plans, repairs
+    from demospec.report._sections_shown import shown
+
+    run = read_run(folder)
+    makers: tuple[Callable[[Run], Section | None], ...] = (
+        shown, cares, sure, doubts, plans, accuracy, repairs, computed,
+    )  # fmt: skip
+    try:
+        sections = tuple(s for s in (make(run) for make in makers) if s is not None)
+        summary = _summary(run)
+    except (KeyError, TypeError, AttributeError) as error:
+        raise InputError(
+            "documents as this version writes them", f"{type(error).__name__} {error}", file=folder
+        ) from error
+    d = run.data
+    return Report(
+        title=f"What the demonstrators of “{d.name}” care about",
+        subtitle=(
+            f"{len(d.demonstrations)} demonstrations, {len(d.scenes)} scenes, "
+            f"{len(d.types)} types of user. Distances in {d.units}"
+            + (f" ({d.metres_per_unit * 1000:.1f} mm each)." if d.metres_per_unit else ".")
+        ),
+        summary=summary,
+        sections=sections,
+    )
+
+
+def _summary(run: Run) -> tuple[str, ...]:
+    lines = []
+    for type_, rule in (run.rules or {}).get("types", {}).items():
+        lines.append(f"{type_}: {rule['sentence']}")
+    if run.plans is not None:
+        found = [p for p in run.plans["plans"] if "true_obeys" in p]
+        kept = sum(p["true_obeys"] for p in found)
+        total = len(run.plans["plans"])
+        lines.append(
+            f"Of {total} plans asked for in unseen scenes, {len(found)} were found; "
+            f"{kept} of these keep the demonstrator's true rule."
+        )
+    return tuple(lines)

@@ -1,0 +1,129 @@
+"""Report sections: what the demonstrators care about, how sure that is, and what looks wrong."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from demospec.report._build import Run
+from demospec.report._causal_picture import effects_picture
+from demospec.report._view import Block, Figure, Section, Table, Text, bracket, number
+
+
+def cares(run: Run) -> Section | None:
+    """Sentences, the causal table beside the truth's, and the picture of effects."""
+    if run.causes is None and run.rules is None:
+        return None
+    blocks: list[Block] = []
+    for type_, rule in (run.rules or {}).get("types", {}).items():
+        blocks.append(Text(f"{type_}: {rule['sentence']}", emphasis=True))
+    for name, findings in (run.causes or {}).items():
+        blocks.append(_causal_table(name, findings))
+    if run.causes:
+        blocks.append(
+            Text(
+                "An effect is the mean change of the probability that a random path is accepted "
+                "when one more such item is put on the table. It is called causal (bold) only "
+                "where the corrected p-value is below 0.05 and the effect is at least the stated "
+                "minimum: a deterministic model responds to everything a little, and a paired "
+                "test alone would reject many true nulls. The placebo is a moved patch of bare "
+                "table; it has to come out null."
+            )
+        )
+        name = "field" if "field" in run.causes else next(iter(run.causes))
+        blocks.append(
+            Figure(
+                effects_picture(run.causes[name]),
+                f"Effects of adding each symbol according to the {name} model, with 95 % "
+                "intervals over scenes.",
+                "Dot plot of causal effects with intervals, per type and symbol.",
+            )
+        )
+    return Section("cares", "What the demonstrators care about", tuple(blocks))
+
+
+def _causal_table(name: str, findings: dict[str, Any]) -> Table:
+    types = list(findings["base"])
+    symbols = list(dict.fromkeys(e["symbol"] for e in findings["effects"]))
+    placebo = {p["type"]: p for p in findings["placebo"]}
+    cells = {(e["type"], e["symbol"]): e for e in findings["effects"]}
+    rows, marked = [], set()
+    for i, type_ in enumerate(types):
+        row = [type_, number(findings["base"][type_]["mean"])]
+        for j, symbol in enumerate(symbols):
+            cell = cells[type_, symbol]
+            row.append(f"{number(cell['effect'])} {bracket(cell['interval'], 2)}")
+            if cell["causal"]:
+                marked.add((i, j + 2))
+        row.append(number(placebo[type_]["effect"]) if type_ in placebo else "–")
+        rows.append(tuple(row))
+    what = {
+        "truth": "According to the rule that made the labels (for comparison)",
+        "paper": "According to the paper's model",
+        "field": "According to the field model",
+    }.get(name, f"According to {name}")
+    return Table(
+        ("type", "P(valid) before", *(f"+ {s}" for s in symbols), "placebo"),
+        tuple(rows),
+        caption=f"{what}: change of the probability of validity, n = {findings['n_scenes']} scenes",
+        marked=frozenset(marked),
+        note=" ".join(findings["sentences"]),
+    )
+
+
+def sure(run: Run) -> Section | None:
+    """Clearances with both ends, what no demonstration informs, and what to show next."""
+    if run.rules is None:
+        return None
+    rows = []
+    for type_, rule in run.rules["types"].items():
+        clearance = rule.get("clearance") or {}
+        for symbol in clearance.get("relevant", []):
+            ends = clearance.get("interval", {}).get(symbol)
+            value = clearance.get("value", {}).get(symbol)
+            rows.append((type_, symbol, number(value), bracket(ends, 2), "matters"))
+        for symbol in clearance.get("uninformed", []):
+            rows.append((type_, symbol, "–", "–", "no demonstration informs"))
+    blocks: list[Block] = [
+        Text(
+            "For every object class that matters: the clearance that best explains the "
+            "demonstrations, and the interval that they allow. Its lower end comes from rejected "
+            "paths (they came at least that near), its upper end from accepted ones. Plans keep "
+            "the upper end."
+        ),
+        Table(
+            ("type", "class", f"clearance ({run.data.units})", "interval", "standing"),
+            tuple(rows) or (("–",) * 5,),
+        ),
+    ]
+    if run.query is not None:
+        for type_, question in run.query.items():
+            if question.get("status") == "settled":
+                blocks.append(Text(f"{type_}: settled; no further demonstration would tell more."))
+            elif question.get("status") == "ask":
+                blocks.append(
+                    Text(
+                        f"{type_}: the most informative next demonstration is in scene "
+                        f"{question['scene']} (about {question['bits']:.2f} bits)."
+                    )
+                )
+    return Section("sure", "How sure that is", tuple(blocks))
+
+
+def doubts(run: Run) -> Section | None:
+    """Demonstrations that contradict what the others follow."""
+    if run.audit is None:
+        return None
+    review = [d for d in run.audit["demonstrations"] if d["verdict"] == "review"]
+    blocks: list[Block] = []
+    if review:
+        blocks.append(
+            Table(
+                ("demonstration", "why"),
+                tuple((d["demo_id"], d["why"]) for d in review[:30]),
+                note="" if len(review) <= 30 else f"and {len(review) - 30} more",
+            )
+        )
+    else:
+        count = len(run.audit["demonstrations"])
+        blocks.append(Text(f"None of {count} demonstrations contradicts what the others follow."))
+    return Section("doubts", "Which demonstrations look wrong", tuple(blocks))

@@ -1,0 +1,231 @@
+"""Report sections: plans, accuracy, repairs, and how all of it was computed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from demospec.report._build import Run
+from demospec.report._scene_picture import (
+    ACCEPTED,
+    NEUTRAL,
+    REJECTED,
+    draw_path,
+    draw_scene,
+    new_figure,
+    to_png,
+)
+from demospec.report._view import Block, Figure, Section, Table, Text, bracket, percent
+
+
+def plans(run: Run) -> Section | None:
+    """Obedience and length of the plans, judged by the truth; pictures of some."""
+    if run.plans is None:
+        return None
+    rows = []
+    every = run.plans["plans"]
+    types = list(dict.fromkeys(p["type"] for p in every))
+    for type_ in types:
+        mine = [p for p in every if p["type"] == type_]
+        found = [p for p in mine if p["status"] == "found"]
+        ratio = [p["length"] / p["straight"] for p in found if p["straight"] > 0]
+        rows.append(
+            (
+                type_,
+                str(len(mine)),
+                str(len(found)),
+                f"{sum(p['obeys'] for p in found)} / {len(found)}",
+                f"{sum(bool(p.get('true_obeys')) for p in found)} / {len(found)}",
+                f"{np.median(ratio):.3f}" if ratio else "–",
+            )
+        )
+    header = (
+        "type", "scenes", "plan found", "keeps the learned rule", "keeps the true rule",
+        "median length / straight line",
+    )  # fmt: skip
+    missing = [p for p in every if p["status"] != "found"]
+    reasons = "; ".join(f"scene {p['scene']}, {p['type']}: {p['reason']}" for p in missing[:3])
+    return Section(
+        "plans",
+        "What the planner does with it",
+        (
+            Text(
+                "Paths planned in scenes that no demonstration was shown in, keeping the upper "
+                "end of every clearance. Whether they keep the true rule is decided by the rule "
+                "that made the labels."
+            ),
+            Table(header, tuple(rows), note=f"Without a plan: {reasons}." if reasons else ""),
+            _plan_pictures(run, types),
+        ),
+    )
+
+
+def _plan_pictures(run: Run, types: list[str]) -> Figure:
+    from demospec.planning import cost_map
+    from demospec.rules import read_rules
+
+    rules = read_rules(run.folder / "rules.json")
+    every = (run.plans or {})["plans"]
+    found = {(p["scene"], p["type"]): p for p in every if p["status"] == "found"}
+    scenes = [s for s in run.data.scenes if all((s.scene_id, t) in found for t in types)][:2]
+    figure, axes = new_figure(max(1, len(types)), max(1, len(scenes)))
+    for i, scene in enumerate(scenes):
+        for j, type_ in enumerate(types):
+            ax = axes[i * len(types) + j]
+            draw_scene(ax, scene, f"{type_}, scene {scene.scene_id}", outlines=True)
+            where = cost_map(rules, scene, type_)
+            x0, y0, x1, y1 = where.bounds
+            price = np.asarray(where.array)
+            shown = np.ma.masked_less_equal(price, price.min())
+            ax.imshow(shown, extent=(x0, x1, y1, y0), cmap="Oranges", alpha=0.6, vmin=price.min())
+            draw_path(ax, np.asarray(found[scene.scene_id, type_]["points"]), True, linewidth=2)
+    return Figure(
+        to_png(figure),
+        "Plans (blue) over the cost map (orange: inside a clearance to keep) for each type.",
+        "Top-down scenes with cost maps and planned paths.",
+    )
+
+
+def accuracy(run: Run) -> Section | None:
+    """Balanced accuracy on seen and unseen scenes, apart."""
+    if run.accuracy is None:
+        return None
+    names = {"seen": "seen scenes, held-out paths", "unseen": "unseen scenes and items"}
+    rows = []
+    for model, sets in run.accuracy.items():
+        for which, types in sets.items():
+            for type_, s in types.items():
+                far = s.get("far") or {}
+                rows.append(
+                    (
+                        model,
+                        names.get(which, which),
+                        type_,
+                        str(s["n"]),
+                        percent(s["accuracy"]),
+                        _balanced(s),
+                        bracket([100 * v for v in s["interval"]]) + " %",
+                        _balanced(far) if far else "–",
+                        percent(s["majority"]),
+                    )
+                )
+    header = (
+        "model", "judged on", "type", "n", "accuracy", "balanced accuracy", "95 % interval",
+        "balanced, > 2 px from the boundary", "majority class",
+    )  # fmt: skip
+    return Section(
+        "accuracy",
+        "How well the specification models judge",
+        (
+            Text(
+                "Share of held-out demonstrations judged as their demonstrator labelled them. "
+                "Seen scenes (new paths over training pictures) and unseen scenes (new "
+                "pictures with unseen items) are different questions. The paper's model tells "
+                "scenes apart by their whole picture, so on unseen scenes it has little to go "
+                "by: expect it near 50 % balanced accuracy there. 50 % is guessing; a type that "
+                "accepts everything cannot be scored (undefined: one class)."
+            ),
+            Table(header, tuple(rows)),
+        ),
+    )
+
+
+def _balanced(s: dict[str, Any]) -> str:
+    value = s.get("balanced_accuracy")
+    return "undefined: one class" if value is None else percent(value)
+
+
+def repairs(run: Run) -> Section | None:
+    """Repairs judged by the truth, with the steps drawn dark to light."""
+    if run.repairs is None:
+        return None
+    rows = []
+    for model, sets in run.repairs.items():
+        for which, types in sets.items():
+            for type_, r in types.items():
+                if r["vacuous"]:
+                    rows.append((model, which, type_, "0", "vacuous", "–", "–"))
+                    continue
+                rows.append(
+                    (
+                        model,
+                        which,
+                        type_,
+                        str(r["n"]),
+                        percent(r["repaired_by_truth"]),
+                        percent(r["accepted_by_model"]),
+                        f"{r['moved_px']:.1f}",
+                    )
+                )
+    header = (
+        "model", "scenes", "type", "starts", "valid by the true rule",
+        "valid in the model's own opinion", f"moved ({run.data.units})",
+    )  # fmt: skip
+    blocks: list[Block] = [
+        Text(
+            "Random paths that the true rule rejects, changed by gradient steps on the model "
+            "until it accepts them (one particle, 30 steps, as in the paper). Judged by the true "
+            "rule; the model's own opinion stands beside it. A type without invalid paths has "
+            "nothing to repair: vacuous."
+        ),
+        Table(header, tuple(rows)),
+    ]
+    picture = _repair_picture(run)
+    if picture is not None:
+        blocks.append(picture)
+    return Section("repairs", "Repairing rejected paths", tuple(blocks))
+
+
+def _repair_picture(run: Run) -> Figure | None:
+    picked = []
+    for model, sets in (run.repairs or {}).items():
+        for type_, r in sets.get("unseen", {}).items():
+            picked += [(model, type_, e) for e in r["examples"][:1]]
+    picked = picked[:4]
+    if not picked:
+        return None
+    figure, axes = new_figure(len(picked))
+    for ax, (model, type_, example) in zip(axes, picked, strict=True):
+        scene = run.data.scene(example["scene"])
+        outcome = "holds" if example["rule_valid"] else "does not hold"
+        draw_scene(ax, scene, f"{model}, {type_}: {outcome}", outlines=True)
+        steps = example["steps"]
+        for k, path in enumerate(steps):
+            # Dark to light blue through the steps, as in the paper's figure.
+            shade = 0.15 + 0.75 * k / max(1, len(steps) - 1)
+            xy = np.asarray(path)
+            ax.plot(*xy.T, color=(0.25 * shade, 0.55 * shade, 0.25 + 0.75 * shade), linewidth=1)
+        last = ACCEPTED if example["rule_valid"] else REJECTED
+        ax.plot(*np.asarray(steps[-1]).T, color=last, linewidth=2)
+        ax.plot(*np.asarray(steps[0]).T, color=NEUTRAL, linewidth=1.2, linestyle=":")
+    return Figure(
+        to_png(figure),
+        "Repairs in unseen scenes: dotted the rejected path, then each step from dark to light, "
+        "thick the last (blue where the true rule accepts it, orange where it does not).",
+        "Scenes with the sequence of repaired paths.",
+    )
+
+
+def computed(run: Run) -> Section:
+    """Command, seed, versions, seconds."""
+    r = run.record
+    stages = r.get("stages", {})
+    rows = [(s.get("title", name), f"{s['seconds']:.1f}") for name, s in stages.items()]
+    versions = ", ".join(f"{k} {v}" for k, v in r.get("versions", {}).items())
+    return Section(
+        "computed",
+        "How this was computed",
+        (
+            Table(
+                ("what", ""),
+                (
+                    ("command", str(r.get("command", "–"))),
+                    ("seed", str(r.get("seed", "–"))),
+                    ("versions", versions),
+                    ("Python, machine", f"{r.get('python', '–')}, {r.get('machine', '–')}"),
+                ),
+            ),
+            Table(("stage", "seconds"), tuple(rows), caption="Time of each stage when it ran"),
+        ),
+    )

@@ -1,0 +1,65 @@
+"""Report section: what was demonstrated."""
+
+from __future__ import annotations
+
+from demospec.report._build import Run
+from demospec.report._scene_picture import demonstrations_picture
+from demospec.report._view import Block, Figure, Section, Table, Text, percent
+
+
+def shown(run: Run) -> Section:
+    """Counts, and pictures of some scenes with their demonstrations."""
+    d = run.data.demonstrations
+    split_of = {s.scene_id: s.split for s in run.data.scenes}
+    rows = []
+    for type_ in [*run.data.types, None]:
+        mine = [i for i in range(len(d)) if d.type[i] == type_]
+        if not mine:
+            continue
+        train = sum(split_of[d.scene_id[i]] == "train" for i in mine)
+        valid = [int(d.valid[i]) for i in mine if d.valid[i] >= 0]
+        rows.append(
+            (
+                type_ or "(type not said)",
+                str(len(mine)),
+                str(train),
+                str(len(mine) - train),
+                percent(sum(valid) / len(valid)) if valid else "not labelled",
+            )
+        )
+    header = ("type of user", "demonstrations", "in training scenes", "in other scenes", "accepted")
+    blocks: list[Block] = [
+        Text(
+            "People showed paths from the circle to the star over pictures of a table, and said "
+            "which they accept. Accepted paths are drawn solid and blue, rejected ones dashed "
+            "and orange."
+        ),
+        Table(header, tuple(rows)),
+    ]
+    blocks.append(_pictures(run))
+    return Section("shown", "What was demonstrated", tuple(blocks))
+
+
+def _pictures(run: Run) -> Figure:
+    d = run.data.demonstrations
+    by_scene = run.data.rows_by_scene()
+    types = list(run.data.types[:3]) or [None]
+    scenes, paths, titles = [], [], []
+    chosen = [s for s in run.data.scenes if s.split == "train" and s.scene_id in by_scene][:1]
+    chosen += [s for s in run.data.scenes if s.split != "train" and s.scene_id in by_scene][:1]
+    for scene in chosen:
+        for type_ in types:
+            rows = [int(i) for i in by_scene[scene.scene_id] if d.type[i] == type_]
+            scenes.append(scene)
+            paths.append([(d.points(i), _said(int(d.valid[i]))) for i in rows])
+            titles.append(f"{type_ or 'anyone'}, scene {scene.scene_id} ({scene.split})")
+    return Figure(
+        demonstrations_picture(scenes, paths, titles, columns=len(types)),
+        "Demonstrations of each type in a training scene (above) and in one of the scenes that "
+        "no model was fitted on (below).",
+        "Top-down pictures of tables with the demonstrated paths drawn over them.",
+    )
+
+
+def _said(valid: int) -> bool | None:
+    return None if valid < 0 else bool(valid)
