@@ -1,1 +1,44 @@
-"""The causal room."""
+"""Causal analysis on any `ValidityModel`: which objects matter to whom, with intervals.
+
+Paired interventions on scenes (add, remove, move, swap, placebo) and on the type, sign-flip
+tests with Holm's correction, a minimum effect, and words. No network classes in here.
+"""
+
+from demospec.causal._estimate import estimate
+from demospec.causal._find import editor_for, find_causes, own_paths, run_trials
+from demospec.causal._interventions import Editor, ListEditor, Thing
+from demospec.causal._results import (
+    CausalFindings,
+    Estimate,
+    Placebo,
+    Settings,
+    SymbolEffect,
+    TypeEffect,
+)
+from demospec.causal._statistics import holm, mean_interval, sign_flip_p, smallest_p
+from demospec.causal._trials import Trial, TrialTable, to_arrow, write_trials
+
+__all__ = [
+    "CausalFindings",
+    "Editor",
+    "Estimate",
+    "ListEditor",
+    "Placebo",
+    "Settings",
+    "SymbolEffect",
+    "Thing",
+    "Trial",
+    "TrialTable",
+    "TypeEffect",
+    "editor_for",
+    "estimate",
+    "find_causes",
+    "holm",
+    "mean_interval",
+    "own_paths",
+    "run_trials",
+    "sign_flip_p",
+    "smallest_p",
+    "to_arrow",
+    "write_trials",
+]

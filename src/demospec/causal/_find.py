@@ -1,0 +1,354 @@
+"""The causal analysis: intervene on scenes, ask the model before and after, estimate.
+
+Source: Angelov et al. 2020, "Causal analysis": the structural causal model {Z_θ, Z_I, S, V},
+do(S := s) and do(Z_I := E(I ∪ o)). Differs: effects are paired over scenes and z_θ, carry
+intervals and corrected p-values, and stand beside a placebo; removals, moves and swaps too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from demospec.causal._estimate import estimate, stable_seed
+from demospec.causal._interventions import Editor, ListEditor, Thing
+from demospec.causal._places import (
+    Region,
+    draw_controls,
+    free_spots,
+    paths_of,
+    region_of,
+    region_of_scene,
+)
+from demospec.causal._results import CausalFindings, Settings
+from demospec.causal._trials import Trial, TrialTable
+from demospec.demonstrations import Paths, ValidityModel, fit_bezier, resample
+from demospec.errors import CannotJudgeError, InputError
+from demospec.frames import FloatArray
+from demospec.progress import Progress, silent
+from demospec.scene import Scene
+
+CLEAR_ENDS = 0.08
+"""Least distance from what is added to start and goal, as a share of the region's width."""
+
+
+def find_causes(
+    model: ValidityModel,
+    scenes: Sequence[Scene],
+    symbols: Sequence[str] | None = None,
+    types: Sequence[str] | None = None,
+    *,
+    settings: Settings | None = None,
+    editor: Editor | None = None,
+    paths: Mapping[str, Sequence[FloatArray]] | None = None,
+    progress: Progress = silent,
+) -> CausalFindings:
+    """Which symbols matter to which type, by how much, how surely.
+
+    Args:
+        model: Anything that judges paths: a network, learned rules, the truth.
+        scenes: The unit of all statistics; at least one, better twenty.
+        symbols: To be added; those that occur in the scenes by default.
+        types: All that the model knows by default.
+        settings: How much is tried and what counts as a claim.
+        editor: How scenes are changed; by default `editor_for` the scenes.
+        paths: Scene id → paths to judge instead of random Bézier curves (free polylines,
+            say a set's own demonstrations).
+        progress: Told about scenes done.
+
+    Raises:
+        InputError: No scenes; a type the model does not know; a symbol for which there is
+            nothing to add although it was asked for.
+        CannotJudgeError: The model can judge none of the scenes.
+    """
+    settings = settings or Settings()
+    table = run_trials(
+        model,
+        scenes,
+        symbols,
+        types,
+        settings=settings,
+        editor=editor,
+        paths=paths,
+        progress=progress,
+    )
+    return estimate(table, settings)
+
+
+def run_trials(
+    model: ValidityModel,
+    scenes: Sequence[Scene],
+    symbols: Sequence[str] | None = None,
+    types: Sequence[str] | None = None,
+    *,
+    settings: Settings | None = None,
+    editor: Editor | None = None,
+    paths: Mapping[str, Sequence[FloatArray]] | None = None,
+    progress: Progress = silent,
+) -> TrialTable:
+    """The interventions themselves; `find_causes` estimates from their table."""
+    settings = settings or Settings()
+    chosen_types = _types(model, types)
+    if not scenes:
+        raise InputError("at least one scene", "none", field="scenes")
+    hands = editor if editor is not None else editor_for(scenes)
+    wanted, skipped = _symbols(scenes, symbols, hands)
+    run = _Run(model, hands, chosen_types, wanted, settings, region_of(scenes), paths)
+    refused: list[tuple[Scene, CannotJudgeError]] = []
+    for i, scene in enumerate(scenes):
+        progress("interventions", i, len(scenes))
+        try:
+            run.scene(scene)
+        except CannotJudgeError as error:
+            refused.append((scene, error))
+    progress("interventions", len(scenes), len(scenes))
+    if len(refused) == len(scenes):
+        raise refused[0][1]
+    return run.table(skipped, refused)
+
+
+def editor_for(scenes: Sequence[Scene]) -> Editor:
+    """Changes pictures too where the scenes have them, else object lists alone."""
+    return ListEditor(scenes)
+
+
+def own_paths(
+    demonstrations: Mapping[str, Sequence[FloatArray]], n: int, points: int = 64
+) -> dict[str, list[FloatArray]]:
+    """Up to n of each scene's own demonstrations, resampled, as `paths` of `find_causes`."""
+    return {k: [resample(p[:, :2], points) for p in v[:n]] for k, v in demonstrations.items()}
+
+
+def _types(model: ValidityModel, types: Sequence[str] | None) -> tuple[str, ...]:
+    if types is None:
+        return tuple(model.types)
+    for name in types:
+        if name not in model.types:
+            raise InputError(f"one of the model's types ({', '.join(model.types)})", name,
+                             field="type")  # fmt: skip
+    if not types:
+        raise InputError("at least one type", "none", field="type")
+    return tuple(dict.fromkeys(types))
+
+
+def _symbols(
+    scenes: Sequence[Scene], symbols: Sequence[str] | None, editor: Editor
+) -> tuple[tuple[str, ...], dict[str, str]]:
+    """The symbols that can be added, and why others cannot."""
+    present = tuple(dict.fromkeys(o.symbol for s in scenes for o in s.objects or ()))
+    wanted = present if symbols is None else tuple(dict.fromkeys(symbols))
+    if not wanted:
+        expected = "symbols to add (the scenes list no objects: name them)"
+        raise InputError(expected, "none", field="symbols")
+    skipped = {
+        s: "it occurs in no scene, and no catalogue has it" for s in wanted if not editor.things(s)
+    }
+    if len(skipped) == len(wanted):
+        known = ", ".join(present) or "none"
+        raise InputError(f"a symbol that occurs ({known})", wanted[0], field="symbol")
+    return tuple(s for s in wanted if s not in skipped), skipped
+
+
+class _Run:
+    """Collects the trials of one analysis, scene by scene."""
+
+    def __init__(
+        self,
+        model: ValidityModel,
+        editor: Editor,
+        types: tuple[str, ...],
+        symbols: tuple[str, ...],
+        settings: Settings,
+        region: Region,
+        paths: Mapping[str, Sequence[FloatArray]] | None,
+    ) -> None:
+        self.model, self.editor, self.types, self.symbols = model, editor, types, symbols
+        self.settings, self.region, self.paths = settings, region, paths
+        self.scene_ids: list[str] = []
+        self.controls: list[FloatArray] = []
+        self.before: list[FloatArray] = []
+        self.trials: list[Trial] = []
+        self.short: dict[str, list[tuple[str, int]]] = {}
+
+    def rng(self, scene: Scene, *words: str) -> np.random.Generator:
+        """A stream of its own for each scene and purpose: the order of symbols is no matter."""
+        return np.random.default_rng(stable_seed(self.settings.seed, scene.scene_id, *words))
+
+    def scene(self, scene: Scene) -> None:
+        """All interventions on one scene; CannotJudgeError leaves nothing behind."""
+        area = region_of_scene(scene, self.region)
+        controls, paths = self._paths(scene, area)
+        if not len(paths):
+            raise CannotJudgeError("paths to judge", "none", row=f"scene {scene.scene_id}")
+        before = self._judge(scene, paths)
+        index = len(self.scene_ids)
+        self.scene_ids.append(scene.scene_id)
+        self.controls.append(controls)
+        self.before.append(before)
+        listed = self.editor.listed(scene)
+
+        def trial(
+            kind: str, symbol: str, k: int, at: tuple[float, float], after: Scene, **more: str
+        ) -> None:
+            self.trials.append(
+                Trial(index, kind, symbol, k, at, self._judge(after, paths), **more)  # type: ignore[arg-type]
+            )
+
+        kinds = self.settings.interventions
+        if "add" in kinds:
+            for symbol in self.symbols:
+                self._add(scene, listed, area, symbol, trial)
+        if "remove" in kinds:
+            for k, item in enumerate(scene.objects or ()):
+                trial("remove", item.symbol, k, item.center, self.editor.remove(scene, item.id))
+        if "move" in kinds:
+            self._move(scene, listed, area, trial)
+        if "swap" in kinds:
+            self._swap(scene, listed, area, trial)
+        self._placebo(scene, listed, area, trial)
+
+    def _paths(self, scene: Scene, area: Region) -> tuple[FloatArray, Paths]:
+        if self.paths is not None:
+            given = self.paths.get(scene.scene_id, [])[: self.settings.draws]
+            fitted = [fit_bezier(p[:, :2])[0] for p in given]
+            return np.array(fitted).reshape(-1, 2), given
+        controls = draw_controls(area, self.settings.draws, self.rng(scene, "z_theta"))
+        return controls, paths_of(scene, controls)
+
+    def _judge(self, scene: Scene, paths: Paths) -> FloatArray:
+        """(types, draws) probability of validity."""
+        view = self.model.see(scene)
+        return np.stack([view.p_valid(paths, t) for t in self.types])
+
+    def _spots(
+        self,
+        listed: Scene,
+        area: Region,
+        radius: float,
+        rng: np.random.Generator,
+        without: Sequence[str] = (),
+        n: int | None = None,
+    ) -> FloatArray:
+        clear = self.settings.clear_ends_px
+        if clear is None:
+            clear = CLEAR_ENDS * (area.high[0] - area.low[0])
+        n = self.settings.placements if n is None else n
+        return free_spots(listed, area, radius, n, rng, clear_ends_px=clear, without=without)
+
+    def _add(
+        self, scene: Scene, listed: Scene, area: Region, symbol: str, trial: Callable[..., None]
+    ) -> None:
+        """Each placement draws its own item, so that no single item stands for its symbol."""
+        rng = self.rng(scene, "add", symbol)
+        things = self.editor.things(symbol)
+        done = 0
+        for k in range(self.settings.placements):
+            thing = things[int(rng.integers(len(things)))]
+            angle = float(rng.uniform(0, 2 * np.pi))
+            spots = self._spots(listed, area, thing.radius_px(scene), rng, n=1)
+            if len(spots):
+                at = (float(spots[0, 0]), float(spots[0, 1]))
+                after = thing.put(scene, at, angle)
+                trial("add", symbol, k, at, after, source=thing.name)
+                done += 1
+        if done < self.settings.placements:
+            self.short.setdefault(symbol, []).append((scene.scene_id, done))
+
+    def _move(self, scene: Scene, listed: Scene, area: Region, trial: Callable[..., None]) -> None:
+        from demospec.causal._places import reach
+
+        for k, item in enumerate(scene.objects or ()):
+            rng = self.rng(scene, "move", item.id)
+            spots = self._spots(listed, area, reach(item), rng, without=[item.id], n=1)
+            for x, y in spots:
+                at = (float(x), float(y))
+                trial("move", item.symbol, k, at, self.editor.move(scene, item.id, at))
+
+    def _swap(self, scene: Scene, listed: Scene, area: Region, trial: Callable[..., None]) -> None:
+        """Another symbol where the object stood, wherever something of it fits there."""
+        for k, item in enumerate(scene.objects or ()):
+            bare = None
+            for symbol in self.symbols:
+                if symbol == item.symbol:
+                    continue
+                rng = self.rng(scene, "swap", item.id, symbol)
+                thing = self._fitting(self.editor.things(symbol), listed, item.id, rng)
+                if thing is not None:
+                    bare = bare if bare is not None else self.editor.remove(scene, item.id)
+                    after = thing.put(bare, item.center, float(rng.uniform(0, 2 * np.pi)))
+                    trial("swap", item.symbol, k, item.center, after, onto=symbol,
+                          source=thing.name)  # fmt: skip
+
+    def _fitting(
+        self, things: Sequence[Thing], listed: Scene, gone: str, rng: np.random.Generator
+    ) -> Thing | None:
+        center = np.asarray(next(o.center for o in listed.objects or () if o.id == gone))
+        room = min(
+            [float(o.outline.signed_distance(center)) for o in listed.objects or () if o.id != gone]
+            + [float(np.linalg.norm(center - np.asarray(end[:2])))
+               for end in (listed.start, listed.goal)]
+        )  # fmt: skip
+        for i in rng.permutation(len(things))[:8]:
+            if things[int(i)].radius_px(listed) <= room:
+                return things[int(i)]
+        return None
+
+    def _placebo(
+        self, scene: Scene, listed: Scene, area: Region, trial: Callable[..., None]
+    ) -> None:
+        rng = self.rng(scene, "placebo")
+        radius = 0.06 * (area.high[0] - area.low[0])
+        spots = self._spots(listed, area, radius, rng)
+        for k, (x, y) in enumerate(spots):
+            at = (float(x), float(y))
+            trial("placebo", "", k, at, self.editor.placebo(scene, at, rng))
+        if not len(spots):
+            self.short.setdefault("", []).append((scene.scene_id, 0))
+
+    def table(
+        self, skipped: dict[str, str], refused: Sequence[tuple[Scene, CannotJudgeError]]
+    ) -> TrialTable:
+        """What was collected, with every shortfall stated."""
+        return TrialTable(
+            scene_ids=tuple(self.scene_ids),
+            types=self.types,
+            symbols=self.symbols,
+            controls=tuple(self.controls),
+            before=tuple(self.before),
+            trials=tuple(self.trials),
+            notes=tuple(self._notes(skipped, refused)),
+            skipped=skipped,
+        )
+
+    def _notes(
+        self, skipped: dict[str, str], refused: Sequence[tuple[Scene, CannotJudgeError]]
+    ) -> list[str]:
+        n = len(self.scene_ids)
+        notes = [f"{symbol}: not added: {why}" for symbol, why in skipped.items()]
+        if refused:
+            ids = _some([scene.scene_id for scene, _ in refused])
+            why = refused[0][1]
+            notes.append(
+                f"{len(refused)} of {n + len(refused)} scenes could not be judged ({ids}): "
+                f"expected {why.expected}, found {why.found}; n = {n}"
+            )
+        for symbol, places in self.short.items():
+            name = symbol or "placebo"
+            none = [scene_id for scene_id, done in places if done == 0]
+            if none:
+                notes.append(
+                    f"{name}: no room in {len(none)} of {n} scenes ({_some(none)}): "
+                    f"n = {n - len(none)}"
+                )
+            few = [done for _, done in places if done > 0]
+            if few:
+                notes.append(
+                    f"{name}: room for fewer than {self.settings.placements} placements in "
+                    f"{len(few)} of {n} scenes (least {min(few)})"
+                )
+        return notes
+
+
+def _some(names: Sequence[str]) -> str:
+    return ", ".join(names[:5]) + (", …" if len(names) > 5 else "")

@@ -1,0 +1,168 @@
+"""Where something may be put, and along which paths the model is asked."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from demospec.demonstrations import bezier_points
+from demospec.frames import FloatArray
+from demospec.scene import Capsule, Disc, Footprint, Polygon, Scene, SceneObject
+
+POINTS_A_PATH = 64
+TRIES = 4000
+OVERHANG = 0.2
+
+
+@dataclass(frozen=True)
+class Region:
+    """The part of the plane in which things stand and control points lie, pixels."""
+
+    low: tuple[float, float]
+    high: tuple[float, float]
+
+
+def region_of(scenes: Sequence[Scene]) -> Region:
+    """The largest picture; without pictures, the box of all ends and objects and a tenth more."""
+    sizes = [s.size_px for s in scenes if s.size_px is not None]
+    if sizes:
+        return Region((0.0, 0.0), (max(s[0] for s in sizes), max(s[1] for s in sizes)))
+    points = [p for s in scenes for p in (s.start[:2], s.goal[:2])]
+    for item in (o for s in scenes for o in s.objects or ()):
+        x0, y0, x1, y1 = item.outline.bounds
+        points += [(x0, y0), (x1, y1)]
+    low, high = np.min(points, axis=0), np.max(points, axis=0)
+    pad = 0.1 * max(float((high - low).max()), 1.0)
+    return Region(
+        (float(low[0]) - pad, float(low[1]) - pad), (float(high[0]) + pad, float(high[1]) + pad)
+    )
+
+
+def region_of_scene(scene: Scene, whole: Region) -> Region:
+    """The scene's own picture where it has one, else the region of the set."""
+    size = scene.size_px
+    return whole if size is None else Region((0.0, 0.0), (float(size[0]), float(size[1])))
+
+
+def draw_controls(region: Region, n: int, rng: np.random.Generator) -> FloatArray:
+    """(n, 2) control points z_θ, uniform over the region and `OVERHANG` of it around.
+
+    A control point outside the picture still gives a curve inside it: without these, curves
+    would not reach the corners (the simulated demonstrators draw theirs from the same square).
+    """
+    low, high = np.asarray(region.low), np.asarray(region.high)
+    over = OVERHANG * (high - low)
+    return rng.uniform(low - over, high + over, size=(n, 2))
+
+
+def paths_of(scene: Scene, controls: FloatArray) -> FloatArray:
+    """(n, POINTS_A_PATH, 2) Bézier curves of order 2 from start to goal."""
+    return bezier_points(scene.start[:2], scene.goal[:2], controls[:, None, :], POINTS_A_PATH)
+
+
+def free_spots(
+    scene: Scene,
+    region: Region,
+    radius_px: float,
+    n: int,
+    rng: np.random.Generator,
+    *,
+    clear_ends_px: float,
+    without: Sequence[str] = (),
+    gap_px: float = 1.0,
+) -> FloatArray:
+    """Up to n random centres at which a disc of `radius_px` touches nothing.
+
+    Args:
+        clear_ends_px: Least distance from the disc's rim to start and goal.
+        without: Ids of objects that do not count (they will be gone).
+        gap_px: Least distance to other objects.
+
+    Returns:
+        (k, 2), k ≤ n: fewer where there is no room after `TRIES` candidates.
+    """
+    inset = radius_px + 0.5
+    low, high = np.asarray(region.low) + inset, np.asarray(region.high) - inset
+    if (low >= high).any():
+        return np.empty((0, 2))
+    ends = np.array([scene.start[:2], scene.goal[:2]])
+    found: list[FloatArray] = []
+    count = tried = 0
+    block = 32
+    while count < n and tried < TRIES:
+        c = rng.uniform(low, high, size=(block, 2))
+        gaps = np.linalg.norm(c[:, None] - ends[None], axis=2).min(axis=1)
+        c = c[gaps >= radius_px + clear_ends_px]
+        for item in scene.objects or ():
+            if item.id not in without and len(c):
+                c = c[item.outline.signed_distance(c) >= radius_px + gap_px]
+        found.append(c)
+        count, tried, block = count + len(c), tried + block, min(4 * block, 1024)
+    return np.asarray(np.concatenate(found)[:n])
+
+
+def reach(item: SceneObject) -> float:
+    """Radius about the object's centre that holds its outline, pixels."""
+    return _reach(item.outline, item.center)
+
+
+def _reach(shape: Footprint, center: tuple[float, float]) -> float:
+    c = np.asarray(center)
+    if isinstance(shape, Disc):
+        return float(np.linalg.norm(np.asarray(shape.center) - c)) + shape.radius
+    if isinstance(shape, Capsule):
+        ends = np.array([shape.start, shape.end]) - c
+        return float(np.linalg.norm(ends, axis=1).max()) + shape.radius
+    if isinstance(shape, Polygon):
+        return float(np.linalg.norm(shape.vertices - c, axis=1).max())
+    x0, y0, x1, y1 = shape.bounds
+    return float(
+        np.linalg.norm(np.array([[x0, y0], [x0, y1], [x1, y0], [x1, y1]]) - c, axis=1).max()
+    )
+
+
+def stand(
+    template: SceneObject, center: tuple[float, float], angle_rad: float, id: str
+) -> SceneObject:
+    """A copy of `template` at another place, turned about its centre (clockwise in the picture)."""
+    from dataclasses import replace
+
+    by = (center[0] - template.center[0], center[1] - template.center[1])
+    shape = None if template.footprint is None else _turned(template, angle_rad).moved(by)
+    box = None
+    if template.bbox is not None and shape is not None:
+        x0, y0, x1, y1 = shape.bounds
+        box = (x0, y0, x1 - x0, y1 - y0)
+    elif template.bbox is not None:
+        box = (template.bbox[0] + by[0], template.bbox[1] + by[1], *template.bbox[2:])
+    return replace(template, id=id, center=center, footprint=shape, bbox=box)
+
+
+def _turned(item: SceneObject, angle_rad: float) -> Footprint:
+    shape = item.outline
+    c, s = np.cos(angle_rad), np.sin(angle_rad)
+    turn = np.array([[c, -s], [s, c]])
+    center = np.asarray(item.center)
+
+    def at(point: tuple[float, float]) -> tuple[float, float]:
+        x, y = center + turn @ (np.asarray(point) - center)
+        return (float(x), float(y))
+
+    if isinstance(shape, Disc):
+        return Disc(at(shape.center), shape.radius)
+    if isinstance(shape, Capsule):
+        return Capsule(at(shape.start), at(shape.end), shape.radius)
+    if isinstance(shape, Polygon):
+        return Polygon(center + (shape.vertices - center) @ turn.T)
+    return shape  # a footprint of a kind unknown here keeps its pose
+
+
+def new_id(scene: Scene, symbol: str) -> str:
+    """An id that the scene does not use yet."""
+    taken = {o.id for o in scene.objects or ()}
+    k = 0
+    while f"{symbol}-added-{k}" in taken:
+        k += 1
+    return f"{symbol}-added-{k}"

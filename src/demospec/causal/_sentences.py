@@ -1,0 +1,102 @@
+"""From effects to words. Every sentence can be traced to cells of the table."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from demospec.causal._results import Placebo, Settings, SymbolEffect, TypeEffect
+
+
+def sentences(
+    types: Sequence[str],
+    effects: Sequence[SymbolEffect],
+    pairs: Sequence[TypeEffect],
+    placebo: Sequence[Placebo],
+    settings: Settings,
+    skipped: dict[str, str],
+) -> tuple[str, ...]:
+    """One sentence or two per type, one per pair of types, one on the placebo."""
+    out = []
+    for type_ in types:
+        out += of_type(type_, [c for c in effects if c.type == type_])
+    for symbol in skipped:
+        out.append(f"Nothing can be said about {plural(symbol)}: none could be added anywhere.")
+    out += [of_pair(pair, settings) for pair in pairs]
+    if placebo:
+        out.append(of_placebo(placebo, settings))
+    return tuple(out)
+
+
+def of_type(type_: str, cells: Sequence[SymbolEffect]) -> list[str]:
+    """What one type avoids, and what stays open."""
+    if not cells:
+        return []
+    avoided = [c.symbol for c in cells if c.causal and c.effect < 0]
+    sought = [c.symbol for c in cells if c.causal and c.effect > 0]
+    open_ = [c.symbol for c in cells if c.verdict == "undecided"]
+    out = []
+    if avoided and len(avoided) == len(cells) and len(cells) > 1:
+        out.append(f"{type_} avoids every kind of object ({_list(avoided)}).")
+    elif avoided:
+        out.append(f"{type_} looks out for {_list(avoided)}.")
+    if sought:
+        out.append(f"{type_} accepts more where there are {_list(sought)}.")
+    if not avoided and not sought:
+        closed = [c.symbol for c in cells if c.verdict == "none"]
+        if closed and not open_:
+            out.append(f"{type_} looks out for nothing: {_list(closed)} change nothing.")
+        elif closed:
+            out.append(f"{type_} does not look out for {_list(closed, 'or')}.")
+    if open_:
+        out.append(f"For {type_}, these scenes leave {_list(open_)} undecided.")
+    return out
+
+
+def of_pair(pair: TypeEffect, settings: Settings) -> str:
+    """How two types differ, in one sentence."""
+    a, b = pair.from_type, pair.to_type
+    apart = f"they disagree on {100 * pair.disagreement.mean:.0f} % of the paths"
+    if not pair.differ:
+        return f"{a} and {b} are not told apart ({apart})."
+    significant = pair.p_corrected is not None and pair.p_corrected < settings.significance
+    if not significant or abs(pair.effect) < settings.minimum_effect:
+        return f"{a} and {b} accept equally many paths, but not the same ones ({apart})."
+    less, more = (a, b) if pair.effect > 0 else (b, a)
+    return f"{less} accepts less than {more} (by {abs(pair.effect):.2f}; {apart})."
+
+
+def of_placebo(placebo: Sequence[Placebo], settings: Settings) -> str:
+    """Whether a patch of bare table did nothing, as it must."""
+    measured = [p for p in placebo if p.n_scenes]
+    if not measured:
+        return "No scene had room for the placebo: the effects stand unchecked."
+    worst = max(measured, key=lambda p: abs(p.effect))
+    moved = [p.type for p in measured if not p.null]
+    if moved:
+        return (
+            f"Warning: moving a patch of bare table changes the verdict for {_and(moved)} "
+            f"({worst.effect:+.3f}); the effects of symbols are not to be trusted."
+        )
+    return (
+        f"Moving a patch of bare table changes nothing (at most {abs(worst.effect):.3f}, below "
+        f"the minimum effect of {settings.minimum_effect:g})."
+    )
+
+
+def plural(word: str) -> str:
+    """English plural of a class word: glass → glasses, bowl → bowls, battery → batteries."""
+    if word.endswith(("s", "x", "z", "ch", "sh")):
+        return word + "es"
+    if word.endswith("y") and word[-2:-1] not in "aeiou":
+        return word[:-1] + "ies"
+    return word + "s"
+
+
+def _list(symbols: Sequence[str], joint: str = "and") -> str:
+    return _and([plural(s) for s in symbols], joint)
+
+
+def _and(words: Sequence[str], joint: str = "and") -> str:
+    if len(words) < 2:
+        return "".join(words)
+    return f"{', '.join(words[:-1])} {joint} {words[-1]}"

@@ -1,0 +1,140 @@
+"""The raw table of interventions: what the model said before and after each."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from demospec.causal._results import Intervention
+from demospec.files import writing_file
+from demospec.frames import FloatArray
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One intervention on one scene.
+
+    Args:
+        scene: Position in `TrialTable.scene_ids`.
+        intervention: ``add``, ``remove``, ``move``, ``swap`` or ``placebo``.
+        symbol: What was added, removed, moved or replaced; "" for the placebo.
+        placement: Number of the place (``add``, ``move``, ``placebo``) or object.
+        center: Where, pixels.
+        after: (types, draws) probability of validity afterwards.
+        onto: The symbol put instead (swaps).
+        source: Which item was put there, in words.
+    """
+
+    scene: int
+    intervention: Intervention
+    symbol: str
+    placement: int
+    center: tuple[float, float]
+    after: FloatArray
+    onto: str | None = None
+    source: str = ""
+
+
+@dataclass(frozen=True)
+class TrialTable:
+    """All interventions on all scenes, with the paths that were judged before and after.
+
+    Args:
+        scene_ids: One per scene.
+        types: User types, in the order of the arrays' first axis.
+        symbols: Symbols that were to be added.
+        controls: Per scene (draws, 2): z_θ, pixels.
+        before: Per scene (types, draws).
+        trials: In the order of scenes.
+        notes: Smaller n, stated.
+        skipped: Symbol → why nothing of it could be added.
+    """
+
+    scene_ids: tuple[str, ...]
+    types: tuple[str, ...]
+    symbols: tuple[str, ...]
+    controls: tuple[FloatArray, ...]
+    before: tuple[FloatArray, ...]
+    trials: tuple[Trial, ...]
+    notes: tuple[str, ...]
+    skipped: dict[str, str]
+
+    def scene_differences(
+        self, intervention: Intervention, symbol: str, onto: str | None = None
+    ) -> tuple[FloatArray, FloatArray]:
+        """Per scene and type: mean of after − before over placements and draws.
+
+        Returns:
+            (effect (types, n), changed (types, n)) over the n scenes in which the
+            intervention was possible; `changed` is the mean |after − before|.
+        """
+        sums: dict[int, list[FloatArray]] = {}
+        for trial in self.trials:
+            same = trial.intervention == intervention and trial.symbol == symbol
+            if same and trial.onto == onto:
+                sums.setdefault(trial.scene, []).append(trial.after - self.before[trial.scene])
+        if not sums:
+            return np.empty((len(self.types), 0)), np.empty((len(self.types), 0))
+        effect = [np.mean([d.mean(axis=1) for d in parts], axis=0) for parts in sums.values()]
+        changed = [
+            np.mean([np.abs(d).mean(axis=1) for d in parts], axis=0) for parts in sums.values()
+        ]
+        return np.stack(effect, axis=1), np.stack(changed, axis=1)
+
+
+def to_arrow(table: TrialTable) -> pa.Table:
+    """One row per trial × type × path: for DoWhy, R, or a spreadsheet.
+
+    Columns: scene, intervention, symbol, onto, placement, place_x, place_y, source, draw,
+    z_theta_x, z_theta_y, type, before, after. Pixels and probabilities.
+    """
+    import pyarrow as pa
+
+    n_types = len(table.types)
+    sizes = [trial.after.size for trial in table.trials]
+
+    def per_trial(values: list[object], kind: pa.DataType) -> pa.Array:
+        # Dictionary columns: a word is stored once, not once per path.
+        return pa.array(values, kind).take(pa.array(np.repeat(np.arange(len(sizes)), sizes)))
+
+    def stacked(parts: list[FloatArray]) -> pa.Array:
+        return pa.array(np.concatenate(parts) if parts else np.empty(0), pa.float64())
+
+    trials = table.trials
+    word = pa.string()
+    draws = [table.controls[t.scene] for t in trials]
+    types = [np.repeat(np.arange(n_types), len(z)) for z in draws]
+    return pa.table(
+        {
+            "scene": per_trial([table.scene_ids[t.scene] for t in trials], word),
+            "intervention": per_trial([t.intervention for t in trials], word),
+            "symbol": per_trial([t.symbol for t in trials], word),
+            "onto": per_trial([t.onto for t in trials], word),
+            "placement": per_trial([t.placement for t in trials], pa.int32()),
+            "place_x": per_trial([t.center[0] for t in trials], pa.float64()),
+            "place_y": per_trial([t.center[1] for t in trials], pa.float64()),
+            "source": per_trial([t.source for t in trials], word),
+            "draw": stacked([np.tile(np.arange(len(z)), n_types) for z in draws]).cast(pa.int32()),
+            "z_theta_x": stacked([np.tile(z[:, 0], n_types) for z in draws]),
+            "z_theta_y": stacked([np.tile(z[:, 1], n_types) for z in draws]),
+            "type": pa.array(list(table.types), word).take(
+                pa.array(np.concatenate(types) if types else np.empty(0, np.int64))
+            ),
+            "before": stacked([table.before[t.scene].ravel() for t in trials]),
+            "after": stacked([t.after.ravel() for t in trials]),
+        }
+    )
+
+
+def write_trials(table: TrialTable, path: str | os.PathLike[str]) -> None:
+    """Writes the table of interventions as Parquet, through a temporary name."""
+    import pyarrow.parquet as pq
+
+    with writing_file(path) as temporary:
+        pq.write_table(to_arrow(table), temporary, compression="zstd")
