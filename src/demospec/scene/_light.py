@@ -87,7 +87,7 @@ def shaded(sprite: Sprite, light: Light) -> FloatArray:
     shade = light["ambient"] + (1.0 - light["ambient"]) * facing
     # Crevices see less of the sky: a cheap stand-in for ambient occlusion.
     shade = shade * (0.72 + 0.28 * sprite.normal[..., 2])
-    half = lamp + [0.0, 0.0, 1.0]
+    half = lamp + np.array([0.0, 0.0, 1.0])
     half /= np.linalg.norm(half)
     glint = np.maximum(sprite.normal @ half, 0.0) ** 48 * sprite.gloss * 0.45
     out = sprite.albedo * shade[..., None] + glint[..., None]

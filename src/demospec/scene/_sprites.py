@@ -1,7 +1,7 @@
 """Orthographic z-buffer: a mesh seen from above as a grid of surface samples, with a cache.
 
 A sprite keeps what the light needs (colour, normal, height), not its shading, so that one
-sprite serves every light. Vectorised over all (triangle, sample) pairs; no loop over triangles.
+sprite serves every light. Vectorised over the rows of all triangles; no loop over triangles.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ _RASTER = 2
 """The z-buffer is this much finer again: the tine of a fork is a quarter of a pixel wide."""
 
 F32 = NDArray[np.float32]
+IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -63,15 +64,11 @@ def draw_sprite(mesh: Mesh, px_per_metre: float) -> Sprite:
         px_per_metre: Scale of the picture.
     """
     fine = SAMPLES * _RASTER
-    v = mesh.vertices * px_per_metre * fine
-    xy = np.column_stack([v[:, 0], -v[:, 1]])
-    half = np.ceil(np.abs(xy).max(axis=0) / fine).astype(int) + 1
+    xy = mesh.vertices[:, :2] * (px_per_metre * fine)
+    xy[:, 1] *= -1  # picture y points down
+    half = np.ceil(np.abs(xy).max(axis=0) / fine).astype(np.int64) + 1
     w, h = (2 * half * fine).tolist()
-    tri = (xy + half * fine)[mesh.faces]
-    z = mesh.vertices[:, 2][mesh.faces]
-    face, index, weight = _pairs(tri, w, h)
-    depth = (weight * z[face]).sum(axis=1)
-    surface = _surface(mesh, face, index, weight, depth, w * h)
+    surface = _surface(mesh, (xy + half * fine)[mesh.faces], w, h)
     through, albedo, normal, height, gloss = (
         _reduced(part.reshape(h, w, -1), _RASTER) for part in surface
     )
@@ -88,95 +85,136 @@ def draw_sprite(mesh: Mesh, px_per_metre: float) -> Sprite:
     )
 
 
-def _pairs(
-    tri: FloatArray, w: int, h: int
-) -> tuple[NDArray[np.int64], NDArray[np.int64], FloatArray]:
-    """Every (face, sample) whose sample centre lies in the face, with barycentric weights."""
-    a, b, c = tri[:, 0], tri[:, 1], tri[:, 2]
-    twice = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
-    low = np.ceil(tri.min(axis=1) - 0.5).astype(np.int64)
-    high = np.floor(tri.max(axis=1) - 0.5).astype(np.int64)
-    low = np.maximum(low, 0)
-    high = np.minimum(high, [w - 1, h - 1])
-    size = np.maximum(high - low + 1, 0)
-    count = np.where(np.abs(twice) > 1e-9, size[:, 0] * size[:, 1], 0)
-    faces, indices, weights = [], [], []
-    # Blocks of about a million candidates bound the memory.
-    ends = np.cumsum(count)
-    begin = 0
-    while begin < len(tri):
-        done = ends[begin - 1] if begin else 0
-        end = max(begin + 1, int(np.searchsorted(ends, done + 1_000_000, side="right")))
-        face = np.repeat(np.arange(begin, end), count[begin:end])
-        within = np.arange(len(face)) - np.repeat(ends[begin:end] - count[begin:end] - done,
-                                                  count[begin:end])  # fmt: skip
-        width = size[face, 0]
-        col = low[face, 0] + within % np.maximum(width, 1)
-        row = low[face, 1] + within // np.maximum(width, 1)
-        x, y = col + 0.5, row + 0.5
-        fa, fb, fc = a[face], b[face], c[face]
-        u = ((fb[:, 0] - x) * (fc[:, 1] - y) - (fb[:, 1] - y) * (fc[:, 0] - x)) / twice[face]
-        v = ((fc[:, 0] - x) * (fa[:, 1] - y) - (fc[:, 1] - y) * (fa[:, 0] - x)) / twice[face]
-        weight = np.column_stack([u, v, 1.0 - u - v])
-        inside = (weight >= -1e-9).all(axis=1)
-        faces.append(face[inside])
-        indices.append((row * w + col)[inside])
-        weights.append(weight[inside])
-        begin = end
-    return np.concatenate(faces), np.concatenate(indices), np.concatenate(weights)
+def coverage(mesh: Mesh, samples_per_metre: float) -> tuple[NDArray[np.bool_], IntArray]:
+    """The union of all projected triangles on a grid, and where the grid's origin lies.
+
+    Returns:
+        (mask (h, w), half (2,)): sample (row j, column i) is centred at
+        ((i + ½ − half₀), −(j + ½ − half₁)) / `samples_per_metre` in the item frame.
+    """
+    xy = mesh.vertices[:, :2] * samples_per_metre
+    xy[:, 1] *= -1
+    half = np.ceil(np.abs(xy).max(axis=0)).astype(np.int64) + 1
+    w, h = (2 * half).tolist()
+    _, row, first, last = _spans((xy + half)[mesh.faces])
+    # Each span opens at its first column and closes after its last one.
+    opened = np.bincount(row * (w + 1) + first, minlength=h * (w + 1))
+    closed = np.bincount(row * (w + 1) + last + 1, minlength=h * (w + 1))
+    depth = np.cumsum((opened - closed).reshape(h, w + 1), axis=1)
+    return depth[:, :w] > 0, half
+
+
+def _spans(tri: FloatArray) -> tuple[IntArray, IntArray, IntArray, IntArray]:
+    """Face, row, first and last column of every run of sample centres inside a triangle.
+
+    Args:
+        tri: (F, 3, 2) corners in samples; sample (row j, column i) is centred at (i + ½, j + ½).
+    """
+    y = tri[..., 1]
+    low = np.ceil(y.min(axis=1) - 0.5).astype(np.int64)
+    count = np.maximum(np.floor(y.max(axis=1) - 0.5).astype(np.int64) - low + 1, 0)
+    face = np.repeat(np.arange(len(tri)), count)
+    row = np.arange(len(face)) - np.repeat(np.cumsum(count) - count, count) + low[face]
+    at = row + 0.5
+    left, right = np.full(len(face), np.inf), np.full(len(face), -np.inf)
+    for k in range(3):
+        a, b = tri[face, k], tri[face, (k + 1) % 3]
+        rise = b[:, 1] - a[:, 1]
+        level = np.abs(rise) < 1e-12
+        t = (at - a[:, 1]) / np.where(level, 1.0, rise)
+        x = np.where(level, a[:, 0], a[:, 0] + t * (b[:, 0] - a[:, 0]))
+        meets = np.where(level, np.abs(a[:, 1] - at) < 1e-12, (t >= 0.0) & (t <= 1.0))
+        left = np.where(meets, np.minimum(left, x), left)
+        right = np.where(meets, np.maximum(right, x), right)
+    some = left <= right
+    first, last = np.zeros(len(face), np.int64), np.full(len(face), -1)
+    first[some] = np.ceil(left[some] - 0.5).astype(np.int64)
+    last[some] = np.floor(right[some] - 0.5).astype(np.int64)
+    keep = first <= last
+    return face[keep], row[keep], first[keep], last[keep]
+
+
+class _Fragments:
+    """Every (face, sample) whose sample centre lies in the face, and the depth there."""
+
+    def __init__(self, mesh: Mesh, tri: FloatArray, w: int) -> None:
+        span_face, row, first, last = _spans(tri)
+        count = last - first + 1
+        self.face = np.repeat(span_face, count)
+        within = np.arange(len(self.face)) - np.repeat(np.cumsum(count) - count, count)
+        column = within + np.repeat(first, count)
+        row = np.repeat(row, count)
+        self.index = row * w + column
+        a = tri[:, 0]
+        ab, ac = tri[:, 1] - a, tri[:, 2] - a
+        twice = ab[:, 0] * ac[:, 1] - ab[:, 1] * ac[:, 0]
+        twice = np.where(np.abs(twice) > 1e-9, twice, np.inf)  # seen edge-on: no inside
+        # Barycentric weights of corners 1 and 2 are linear in x and y.
+        self._g1 = np.column_stack([ac[:, 1], -ac[:, 0]]) / twice[:, None]
+        self._g2 = np.column_stack([-ab[:, 1], ab[:, 0]]) / twice[:, None]
+        self._a = a
+        self._x, self._y = column + 0.5, row + 0.5
+        z = mesh.vertices[:, 2][mesh.faces]
+        slope = self._g1 * (z[:, 1] - z[:, 0])[:, None] + self._g2 * (z[:, 2] - z[:, 0])[:, None]
+        base = z[:, 0] - (slope * a).sum(axis=1)
+        f = self.face
+        depth = base[f] + slope[f, 0] * self._x + slope[f, 1] * self._y
+        self.depth = np.clip(depth, z.min(axis=1)[f], z.max(axis=1)[f])
+
+    def weights(self, chosen: NDArray[np.bool_]) -> FloatArray:
+        """(n, 3) barycentric weights of the chosen fragments."""
+        f = self.face[chosen]
+        x, y = self._x[chosen] - self._a[f, 0], self._y[chosen] - self._a[f, 1]
+        one = self._g1[f, 0] * x + self._g1[f, 1] * y
+        two = self._g2[f, 0] * x + self._g2[f, 1] * y
+        return np.column_stack([1.0 - one - two, one, two])
 
 
 def _surface(
-    mesh: Mesh,
-    face: NDArray[np.int64],
-    index: NDArray[np.int64],
-    weight: FloatArray,
-    depth: FloatArray,
-    size: int,
+    mesh: Mesh, tri: FloatArray, w: int, h: int
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
     """Through, albedo, normal, height, gloss of every sample (premultiplied by coverage)."""
-    solid = mesh.opacity[face] >= 0.99
+    size = w * h
+    bits = _Fragments(mesh, tri, w)
+    face, index, depth = bits.face, bits.index, bits.depth
+    solid = (mesh.opacity >= 0.99)[face]
     top = np.full(size, -np.inf)
     np.maximum.at(top, index[solid], depth[solid])
     through = np.ones((size, 3))
     albedo, normal = np.zeros((size, 3)), np.zeros((size, 3))
     height, gloss = np.zeros(size), np.zeros(size)
 
-    def corner_normal(chosen: NDArray[np.bool_]) -> FloatArray:
-        n = (weight[chosen][:, :, None] * mesh.normals[face[chosen]]).sum(axis=1)
+    def normals(chosen: NDArray[np.bool_]) -> FloatArray:
+        n = np.einsum("nk,nkd->nd", bits.weights(chosen), mesh.normals[face[chosen]])
         n = np.where(n[:, 2:] < 0, -n, n)
         n /= np.maximum(np.linalg.norm(n, axis=1, keepdims=True), 1e-12)
         n[:, 1] *= -1  # picture y points down
         return n
 
-    first = solid.copy()
-    first[solid] = depth[solid] >= top[index[solid]]
+    first = solid & (depth >= top[index])
     at, of = index[first], face[first]
     through[at] = 0.0
     albedo[at] = mesh.colour[of]
-    normal[at] = corner_normal(first)
+    normal[at] = normals(first)
     height[at] = np.maximum(depth[first], 1e-5)
     gloss[at] = mesh.gloss[of]
 
-    clear = ~solid
-    clear[clear] = depth[clear] > top[index[clear]]
+    clear = ~solid & (depth > top[index])
     if clear.any():
-        at, of = index[clear], face[clear]
-        n = corner_normal(clear)
+        at, of, n = index[clear], face[clear], normals(clear)
         # Glass reflects more, and its light takes a longer way, where it is steep.
-        alpha = mesh.opacity[of] + (0.75 - 0.75 * mesh.opacity[of]) * (1.0 - n[:, 2]) ** 2
+        alpha = mesh.opacity[of] + 0.75 * (1.0 - mesh.opacity[of]) * (1.0 - n[:, 2]) ** 2
         tint = 1.0 - alpha[:, None] * (1.0 - 0.35 * mesh.colour[of])
         left = np.column_stack(
             [np.exp(np.bincount(at, np.log(tint[:, k]), minlength=size)) for k in range(3)]
         )
         total = np.bincount(at, alpha, minlength=size)
         hit = total > 0
-        mean = np.zeros((size, 3))
-        for k in range(3):
-            mean[:, k] = np.bincount(at, alpha * mesh.colour[of, k], minlength=size)
+        mean = np.column_stack(
+            [np.bincount(at, alpha * mesh.colour[of, k], minlength=size) for k in range(3)]
+        )
         mean[hit] /= total[hit, None]
-        veil = 1.0 - left.mean(axis=1, keepdims=True)
-        albedo = albedo * left + mean * veil
+        albedo = albedo * left + mean * (1.0 - left.mean(axis=1, keepdims=True))
         through = through * left
         surface = np.full(size, -np.inf)
         np.maximum.at(surface, at, depth[clear])
@@ -215,20 +253,3 @@ class _Cache:
 
 
 SPRITES = _Cache(128 << 20)
-
-
-def coverage(mesh: Mesh, samples_per_metre: float) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
-    """The union of all projected triangles on a grid, and where the grid's origin lies.
-
-    Returns:
-        (mask (h, w), half (2,)): sample (row j, column i) is centred at
-        ((i + ½ − half₀), −(j + ½ − half₁)) / `samples_per_metre` in the item frame.
-    """
-    xy = mesh.vertices[:, :2] * samples_per_metre
-    xy[:, 1] *= -1
-    half = np.ceil(np.abs(xy).max(axis=0)).astype(np.int64) + 1
-    w, h = (2 * half).tolist()
-    _, index, _ = _pairs((xy + half)[mesh.faces], w, h)
-    mask = np.zeros(w * h, dtype=bool)
-    mask[index] = True
-    return mask.reshape(h, w), half
