@@ -12,11 +12,37 @@ from demospec.rules._clearance_distance import nearest_approach
 from demospec.rules._results import ClearanceRule, RuleSet, RuleView, TypeRules
 
 if TYPE_CHECKING:
+    from demospec.rules._answer import InfluenceAnswer, describe_influence
     from demospec.rules._clearance import ClearanceFit, fit_clearance
     from demospec.rules._documents import read_rules, rules_document, rules_from_document
+    from demospec.rules._evaluate import evaluate_rule
+    from demospec.rules._features import PointFeature, register_feature
     from demospec.rules._learn import learn_rules
+    from demospec.rules._problem import (
+        Bounds,
+        RuleObject,
+        RuleProblem,
+        RuleScene,
+        RuleTrajectory,
+        problem_from_document,
+        read_problem,
+    )
+    from demospec.rules._solve import solve
 
 __all__ = [
+    "register_feature",
+    "PointFeature",
+    "evaluate_rule",
+    "describe_influence",
+    "InfluenceAnswer",
+    "solve",
+    "problem_from_document",
+    "read_problem",
+    "Bounds",
+    "RuleTrajectory",
+    "RuleObject",
+    "RuleScene",
+    "RuleProblem",
     "ClearanceFit",
     "ClearanceRule",
     "RuleSet",
@@ -31,6 +57,19 @@ __all__ = [
 ]
 
 _HOME = {
+    "register_feature": "_features",
+    "PointFeature": "_features",
+    "evaluate_rule": "_evaluate",
+    "describe_influence": "_answer",
+    "InfluenceAnswer": "_answer",
+    "solve": "_solve",
+    "problem_from_document": "_problem",
+    "read_problem": "_problem",
+    "Bounds": "_problem",
+    "RuleTrajectory": "_problem",
+    "RuleObject": "_problem",
+    "RuleScene": "_problem",
+    "RuleProblem": "_problem",
     "ClearanceFit": "_clearance",
     "fit_clearance": "_clearance",
     "learn_rules": "_learn",
