@@ -58,8 +58,12 @@ def draw_controls(region: Region, n: int, rng: np.random.Generator) -> FloatArra
 
 
 def paths_of(scene: Scene, controls: FloatArray) -> FloatArray:
-    """(n, POINTS_A_PATH, 2) Bézier curves of order 2 from start to goal."""
-    return bezier_points(scene.start[:2], scene.goal[:2], controls[:, None, :], POINTS_A_PATH)
+    """(n, POINTS_A_PATH, 2) Bézier curves of order 2 from start to goal, read-only."""
+    start, goal = scene.start[:2], scene.goal[:2]
+    paths = bezier_points(start, goal, controls[:, None, :], POINTS_A_PATH)
+    # Read-only: rules then keep the distances to objects that an intervention leaves alone.
+    paths.setflags(write=False)
+    return paths
 
 
 def free_spots(

@@ -17,6 +17,7 @@ import numpy as np
 from demospec.demonstrations import MAX_COORDINATE, Paths, checked_points
 from demospec.errors import InputError
 from demospec.frames import FloatArray
+from demospec.rules._memory import constant, keep, recall
 from demospec.scene import Disc, Footprint, Scene, SceneObject
 
 SPACING = 0.25
@@ -92,12 +93,22 @@ def nearest_approach(
     out = np.full((len(flat), len(symbols)), np.inf)
     if not items:
         return out
-    for low, high in flat.chunks():
+    same = constant(paths)
+    known = {i: recall(paths, item, distance) for i, item in enumerate(items)} if same else {}
+    fresh = [i for i in range(len(items)) if known.get(i) is None]
+    found = {i: np.empty(len(flat)) for i in fresh}
+    for low, high in flat.chunks() if fresh else ():
         part = DensePaths(flat.part(low, high))
-        for item in items:
-            k = column[item.symbol]
-            found, _, _ = nearest_points(part, shape_of(item, distance))
-            out[low:high, k] = np.minimum(out[low:high, k], found)
+        for i in fresh:
+            found[i][low:high], _, _ = nearest_points(part, shape_of(items[i], distance))
+    for i, item in enumerate(items):
+        near = known.get(i)
+        if near is None:
+            near = found[i]
+            if same:
+                keep(paths, item, distance, near)
+        k = column[item.symbol]
+        out[:, k] = np.minimum(out[:, k], near)
     return out
 
 
