@@ -117,7 +117,9 @@ def shape_of(item: SceneObject, distance: Distance) -> Footprint:
     return item.outline if distance == "footprint" else Disc(item.center, 0.0)
 
 
-def nearest_points(paths: FlatPaths, shape: Footprint) -> tuple[FloatArray, np.ndarray, FloatArray]:
+def nearest_points(
+    paths: FlatPaths | DensePaths, shape: Footprint
+) -> tuple[FloatArray, np.ndarray, FloatArray]:
     """Where each dense path comes nearest to a footprint.
 
     Looks at every `_COARSE`th dense point, then, four times finer each round, only between
