@@ -1,0 +1,100 @@
+"""One scene with its demonstrations as SVG: crisp at any size, drawn by the browser."""
+
+from __future__ import annotations
+
+import base64
+import io
+from collections.abc import Iterable
+from html import escape
+
+import numpy as np
+
+from demospec.demonstrations import Demonstration
+from demospec.scene import Capsule, Disc, Footprint, Polygon, Scene
+
+
+def view_box(scene: Scene) -> tuple[float, float, float, float]:
+    """(x, y, width, height) of the picture; without one, of start, goal and objects."""
+    if scene.size_px is not None:
+        return (0.0, 0.0, float(scene.size_px[0]), float(scene.size_px[1]))
+    boxes = [item.outline.bounds for item in scene.objects or ()]
+    xs = [scene.start[0], scene.goal[0], *(b[0] for b in boxes), *(b[2] for b in boxes)]
+    ys = [scene.start[1], scene.goal[1], *(b[1] for b in boxes), *(b[3] for b in boxes)]
+    pad = 0.1 * max(max(xs) - min(xs), max(ys) - min(ys), 1.0)
+    return (
+        min(xs) - pad,
+        min(ys) - pad,
+        max(xs) - min(xs) + 2 * pad,
+        max(ys) - min(ys) + 2 * pad,
+    )
+
+
+def scene_svg(scene: Scene, demonstrations: Iterable[Demonstration] = ()) -> str:
+    """SVG text: picture, outlined objects with their names, paths with class by verdict.
+
+    Everything that came from a file is escaped; the picture is inside as PNG data.
+    """
+    x, y, width, height = view_box(scene)
+    line = max(width, height) / 200
+    parts = [
+        f'<svg class="scene" viewBox="{x:g} {y:g} {width:g} {height:g}" role="img" '
+        f'aria-label="Scene {escape(scene.scene_id)}" style="--line:{line:g}px" '
+        'xmlns="http://www.w3.org/2000/svg">'
+    ]
+    if scene.picture is not None:
+        parts.append(
+            f'<image href="{_data_url(scene)}" x="0" y="0" width="{width:g}" height="{height:g}" '
+            'preserveAspectRatio="none"/>'
+        )
+    for item in scene.objects or ():
+        parts.append(
+            f'<g class="object">{_outline(item.outline)}<title>{escape(item.symbol)} '
+            f"({escape(item.id)})</title></g>"
+        )
+    for demo in demonstrations:
+        verdict = {True: "accepted", False: "rejected", None: "unsaid"}[demo.valid]
+        points = " ".join(f"{px:.2f},{py:.2f}" for px, py in demo.xy)
+        who = demo.demonstrator or demo.type or "somebody"
+        parts.append(
+            f'<polyline class="path {verdict}" points="{points}"><title>'
+            f"{escape(demo.demo_id)}: {escape(who)}, {verdict}</title></polyline>"
+        )
+    r = 4 * line
+    sx, sy, gx, gy = *scene.start[:2], *scene.goal[:2]
+    parts.append(
+        f'<circle class="end" cx="{sx:g}" cy="{sy:g}" r="{r:g}"><title>start</title></circle>'
+    )
+    parts.append(f'<path class="end" d="{_star(gx, gy, 1.6 * r)}"><title>goal</title></path>')
+    parts.append("</svg>")
+    return "".join(parts)
+
+
+def _data_url(scene: Scene) -> str:
+    import PIL.Image
+
+    buffer = io.BytesIO()
+    PIL.Image.fromarray(np.asarray(scene.pixels())).save(buffer, format="PNG")
+    return "data:image/png;base64," + base64.b64encode(buffer.getvalue()).decode("ascii")
+
+
+def _outline(shape: Footprint) -> str:
+    if isinstance(shape, Polygon):
+        points = " ".join(f"{x:.2f},{y:.2f}" for x, y in shape.vertices)
+        return f'<polygon points="{points}"/>'
+    if isinstance(shape, Disc):
+        x, y = shape.center
+        return f'<circle cx="{x:g}" cy="{y:g}" r="{max(shape.radius, 0.5):g}"/>'
+    assert isinstance(shape, Capsule)
+    (x0, y0), (x1, y1) = shape.start, shape.end
+    width = 2 * shape.radius
+    return (
+        f'<line x1="{x0:g}" y1="{y0:g}" x2="{x1:g}" y2="{y1:g}" '
+        f'stroke-width="{width:g}" stroke-linecap="round"/>'
+    )
+
+
+def _star(x: float, y: float, r: float) -> str:
+    angle = -np.pi / 2 + np.arange(10) * np.pi / 5
+    radius = np.where(np.arange(10) % 2 == 0, r, 0.45 * r)
+    points = zip(x + radius * np.cos(angle), y + radius * np.sin(angle), strict=True)
+    return "M" + "L".join(f"{px:.2f} {py:.2f}" for px, py in points) + "Z"
