@@ -54,13 +54,15 @@ def print_table(
     from rich.table import Table
     from rich.text import Text
 
-    table = Table(title=title or None, box=box.SIMPLE_HEAD, title_justify="left")
+    table = Table(box=box.SIMPLE_HEAD)
     for i, name in enumerate(header):
         numeric = all(isinstance(row[i], (int, float)) for row in rows) and bool(rows)
         table.add_column(Text(name), justify="right" if numeric else "left")
     for row in rows:
         table.add_row(*[Text(_cell(value)) for value in row])
     console = Console(highlight=False, width=None if sys.stdout.isatty() else 120)
+    if title:  # not the table's own title, which would wrap at the table's width
+        console.print(Text(title))
     console.print(table)
     if note:
         console.print(Text(note))
