@@ -22,7 +22,7 @@ from demospec.demonstrations._schema import Header, SceneLine, faults
 from demospec.demonstrations._store import PARQUET, read_header, read_scene, set_folder
 from demospec.demonstrations._stream import BATCH_ROWS, arrow_batches, count_rows
 from demospec.demonstrations._table import from_arrow
-from demospec.demonstrations._trajectory import Demonstrations, IntArray
+from demospec.demonstrations._trajectory import BoolArray, Demonstrations, IntArray
 from demospec.errors import InputError
 from demospec.files import parse_json, read_bytes, read_json
 from demospec.progress import Progress, silent
@@ -337,7 +337,9 @@ def _check_far(
     size = np.where((scene_of >= 0)[:, None], table.size[scene_of], np.inf)
     size = np.repeat(size, counts, axis=0)
     slack = size[:, :1]
-    far = ((part.flat[:, :2] < -slack) | (part.flat[:, :2] > size + slack)).any(axis=1)
+    far: BoolArray = np.asarray(
+        ((part.flat[:, :2] < -slack) | (part.flat[:, :2] > size + slack)).any(axis=1)
+    )
     for path in np.flatnonzero(np.add.reduceat(far.astype(np.int64), part.offsets[:-1])):
         at = int(np.flatnonzero(far[part.offsets[path] : part.offsets[path + 1]])[0])
         x, y = part.points(int(path))[at, :2]

@@ -1,0 +1,25 @@
+"""Readers of other formats: one module a format, one way to decide what they mean."""
+
+from demospec.demonstrations.readers._convert import Conversion, convert, read_source
+from demospec.demonstrations.readers._guess import FORMATS, guess_format
+from demospec.demonstrations.readers._mapping import (
+    Mapping,
+    column_options,
+    read_mapping,
+    with_options,
+)
+from demospec.demonstrations.readers._projection import Projection, fit_homography
+
+__all__ = [
+    "FORMATS",
+    "Conversion",
+    "Mapping",
+    "Projection",
+    "column_options",
+    "convert",
+    "fit_homography",
+    "guess_format",
+    "read_mapping",
+    "read_source",
+    "with_options",
+]

@@ -1,0 +1,205 @@
+"""Any source → a demonstration set: read, decide, write, and say what was decided."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import tempfile
+from dataclasses import dataclass, replace
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from demospec.demonstrations._set import DemonstrationSet
+from demospec.demonstrations._store import read_set, write_set
+from demospec.demonstrations.readers._assemble import assemble
+from demospec.demonstrations.readers._coco import read_coco
+from demospec.demonstrations.readers._guess import FORMATS, guess_format
+from demospec.demonstrations.readers._mapping import Mapping
+from demospec.demonstrations.readers._recording import Pictures, Source
+from demospec.errors import InputError
+from demospec.progress import Progress, silent
+from demospec.scene import Scene, SceneObject
+
+
+@dataclass(frozen=True)
+class Conversion:
+    """What was read, and how.
+
+    Args:
+        data: The set. After a dry run its scenes have no pictures.
+        format: The source's format.
+        notes: Every decision, in words.
+        provenance: What `convert` writes to ``provenance.json``.
+    """
+
+    data: DemonstrationSet
+    format: str
+    notes: tuple[str, ...]
+    provenance: dict[str, Any]
+
+
+def read_source(
+    source: str | os.PathLike[str],
+    *,
+    format: str | None = None,
+    mapping: Mapping | None = None,
+    pictures: bool = True,
+    picture_folder: Path | None = None,
+    progress: Progress = silent,
+) -> Conversion:
+    """Reads a source without writing anything.
+
+    Args:
+        source: A file or folder in one of `FORMATS`.
+        format: One of them; guessed from names and first bytes where None.
+        mapping: How the source's names become ours.
+        pictures: False decodes no picture.
+        picture_folder: Where pictures taken out of videos and tables go; None keeps them in
+            memory.
+        progress: Told how far reading is.
+
+    Raises:
+        InputError: Naming the file, the recording and the field.
+        MissingExtraError: The library that reads the format is not installed.
+    """
+    path = Path(source)
+    kind = format or guess_format(path)
+    if kind not in FORMATS:
+        raise InputError(f"one of {', '.join(FORMATS)}", kind, field="--from")
+    if format is not None and not path.exists():
+        raise InputError("a source to read", "no such file or folder", file=path)
+    how = mapping or Mapping()
+    root = path if path.is_dir() else path.parent
+    objects = None if how.objects is None else read_coco(root / how.objects)
+    if kind == "demospec":
+        data = _with_objects(read_set(path), objects)
+        notes = [f"read: {len(data.demonstrations)} demonstrations, a set of this format"]
+    else:
+        found = _read(kind, path, how, progress, Pictures(picture_folder))
+        data = assemble(found, how, root=root, objects=objects, pictures=pictures)
+        notes = found.notes
+    return Conversion(data, kind, tuple(notes), _provenance(path, kind, how, notes))
+
+
+def convert(
+    source: str | os.PathLike[str],
+    target: str | os.PathLike[str],
+    *,
+    format: str | None = None,
+    mapping: Mapping | None = None,
+    replace_existing: bool = False,
+    progress: Progress = silent,
+) -> Conversion:
+    """Reads a source and writes it as a new set, whole or not at all; the source is only read.
+
+    Raises:
+        InputError, MissingExtraError: As `read_source`.
+        OutputError: The target exists, or cannot be written.
+    """
+    _refuse_inside(Path(source), Path(target))
+    with tempfile.TemporaryDirectory(prefix="demospec-") as folder:
+        result = read_source(
+            source, format=format, mapping=mapping, picture_folder=Path(folder), progress=progress
+        )
+        write_set(
+            result.data,
+            target,
+            replace_existing=replace_existing,
+            documents={"provenance.json": result.provenance},
+        )
+    return result
+
+
+def _refuse_inside(source: Path, target: Path) -> None:
+    """A target that is the source, holds it, or lies in it would change the source."""
+    try:
+        a, b = source.resolve(), target.resolve()
+    except (OSError, RuntimeError, ValueError):
+        return  # reading will name what is wrong with the source
+    if a == b or b in a.parents or (a in b.parents and a.is_dir()):
+        raise InputError("a place outside the source", "a place in it", file=target)
+
+
+def _read(
+    kind: str, path: Path, mapping: Mapping, progress: Progress, pictures: Pictures
+) -> Source:
+    # Each reader's libraries are loaded when it is needed.
+    if kind == "tables":
+        from demospec.demonstrations.readers._table_files import read_tables
+
+        return read_tables(path, mapping, progress)
+    if kind == "json":
+        from demospec.demonstrations.readers._json_file import read_json_file
+
+        return read_json_file(path, mapping, progress)
+    if kind == "lerobot":
+        from demospec.demonstrations.readers._lerobot import read_lerobot
+
+        return read_lerobot(path, mapping, progress, pictures)
+    if kind == "hdf5":
+        from demospec.demonstrations.readers._hdf5 import read_hdf5
+
+        return read_hdf5(path, mapping, progress, pictures)
+    if kind == "ros":
+        from demospec.demonstrations.readers._ros import read_bags
+
+        return read_bags(path, mapping, progress, pictures)
+    from demospec.demonstrations.readers._drawn import read_cvat, read_label_studio
+
+    if kind == "cvat":
+        return read_cvat(path / "annotations.xml" if path.is_dir() else path, mapping, progress)
+    return read_label_studio(path, mapping, progress)
+
+
+def _with_objects(
+    data: DemonstrationSet, objects: dict[str, tuple[SceneObject, ...]] | None
+) -> DemonstrationSet:
+    if objects is None:
+        return data
+
+    def listed(scene: Scene) -> Scene:
+        names = [scene.scene_id]
+        if scene.picture is not None and scene.picture.file is not None:
+            names.insert(0, scene.picture.file.name)
+        found = next((objects[n] for n in names if n in objects), None)
+        return scene if found is None else replace(scene, objects=found or None)
+
+    scenes = tuple(listed(s) for s in data.scenes)
+    symbols = {o.symbol for s in scenes for o in s.objects or ()}
+    every = tuple(dict.fromkeys([*data.symbols, *sorted(symbols)]))
+    return replace(data, scenes=scenes, symbols=every)
+
+
+def _provenance(path: Path, kind: str, mapping: Mapping, notes: list[str]) -> dict[str, Any]:
+    return {
+        "operation": "convert",
+        "demospec": version("demospec"),
+        "source": {"name": path.name, "format": kind, "files": _file_list(path)},
+        "mapping": mapping.model_dump(exclude_unset=True),
+        "notes": notes,
+    }
+
+
+def _file_list(
+    path: Path, limit: int = 10_000, hashed_bytes: int = 1 << 28
+) -> list[dict[str, Any]]:
+    """Name, size and, for files of up to 256 MiB, SHA-256 of every file of a source."""
+    files = [path] if path.is_file() else []
+    for base, folders, names in os.walk(path, followlinks=False):
+        folders.sort()
+        files += [Path(base) / name for name in sorted(names)]
+        if len(files) > limit:
+            return [{"count": f"more than {limit}"}]
+    out = []
+    for file in files:
+        if not file.is_file():
+            continue
+        size = file.stat().st_size
+        name = file.name if file == path else file.relative_to(path).as_posix()
+        entry: dict[str, Any] = {"name": name, "bytes": size}
+        if size <= hashed_bytes:
+            with open(file, "rb") as stream:
+                entry["sha256"] = hashlib.file_digest(stream, "sha256").hexdigest()
+        out.append(entry)
+    return out
