@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any
 from demospec.planning._results import Envelope, Plan, PlanCheck, Violation, Zone
 
 if TYPE_CHECKING:
-    from demospec.planning._check import check_plan
     from demospec.planning._cost_map import CostMap
-    from demospec.planning._plan import PLANNERS, cost_map, plan_path
+    from demospec.planning._plan import PLANNERS, check_plan, cost_map, plan_path
     from demospec.planning._read import read_plannable
 
 __all__ = [
@@ -30,7 +29,7 @@ __all__ = [
 _HOME = {
     "CostMap": "_cost_map",
     "PLANNERS": "_plan",
-    "check_plan": "_check",
+    "check_plan": "_plan",
     "cost_map": "_plan",
     "plan_path": "_plan",
     "read_plannable": "_read",

@@ -1,17 +1,19 @@
 """Cost maps: what it costs to pass through each place of a scene, with units.
 
-cost(p) = 1 + w · Σ_k max(0, r_k − d_k(p)), per unit of length: 1 where no zone reaches, and the
-deeper the dearer (preset ``physical``). d_k is the signed distance to object k and r_k the
-clearance to keep from it, both in set units; w has unit 1 / set unit.
+cost(p) = 1 + w · Σ_k penalty_k(p), per unit of length: 1 where no zone reaches. d_k is the signed
+distance to object k and r_k the reach of its zone, both in set units. The penalty of preset
 
-Differs from the paper, whose penalty grows *away* from the object up to the rim, so that a
-planner on it hugs the object.
+- ``physical`` (default) is max(0, r_k − d_k): the deeper the dearer; w has unit 1 / set unit;
+- ``paper`` is d_k where d_k ≤ r_k: it grows *away* from the object up to the rim, so that a
+  planner on it hugs the object (the paper's; here for comparison);
+- ``count`` is 1 where d_k ≤ r_k.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,6 +22,8 @@ from demospec.errors import InputError
 from demospec.frames import FloatArray
 from demospec.planning._results import Zone
 from demospec.scene import Scene
+
+Preset = Literal["physical", "paper", "count"]
 
 WEIGHT = 1.0
 """w: 1 unit of depth doubles the price of a unit of length, a few make any detour cheaper."""
@@ -36,7 +40,8 @@ class CostMap:
         zones: What to keep out of.
         bounds: (x_min, y_min, x_max, y_max), set units, y down as in the picture.
         cell: Edge of one cell, set units; > 0.
-        weight: w, per set unit.
+        weight: w, per set unit; ≥ 0.
+        preset: Which penalty, see above.
         metres_per_unit: Or None where the set does not say.
     """
 
@@ -44,9 +49,14 @@ class CostMap:
     bounds: tuple[float, float, float, float]
     cell: float = 1.0
     weight: float = WEIGHT
+    preset: Preset = "physical"
     metres_per_unit: float | None = None
 
     def __post_init__(self) -> None:
+        if self.preset not in get_args(Preset):
+            raise InputError(f"one of {', '.join(get_args(Preset))}", self.preset, field="preset")
+        if not (np.isfinite(self.weight) and self.weight >= 0):
+            raise InputError("a weight >= 0", self.weight, field="weight")
         if not (np.isfinite(self.cell) and self.cell > 0):
             raise InputError("a cell size > 0", self.cell, field="resolution")
         rows, columns = self.shape
@@ -101,10 +111,15 @@ class CostMap:
     def cost(self, points: ArrayLike) -> FloatArray:
         """(...): price of a unit of length there, ≥ 1, finite everywhere."""
         p = np.asarray(points, dtype=np.float64)
-        depth = np.zeros(p.shape[:-1])
+        penalty = np.zeros(p.shape[:-1])
         for zone in self.zones:
-            depth += np.maximum(0.0, zone.radius - zone.shape.signed_distance(p))
-        return 1.0 + self.weight * depth
+            gap = zone.shape.signed_distance(p)
+            if self.preset == "physical":
+                penalty += np.maximum(0.0, zone.reach - gap)
+            else:
+                price = np.maximum(0.0, gap) if self.preset == "paper" else 1.0
+                penalty += np.where(gap <= zone.reach, price, 0.0)
+        return 1.0 + self.weight * penalty
 
     @cached_property
     def array(self) -> FloatArray:
@@ -168,7 +183,7 @@ def map_bounds(scene: Scene, zones: tuple[Zone, ...] = ()) -> tuple[float, float
     boxes += [o.outline.bounds for o in scene.objects or ()]
     for zone in zones:
         x0, y0, x1, y1 = zone.shape.bounds
-        boxes.append((x0 - zone.radius, y0 - zone.radius, x1 + zone.radius, y1 + zone.radius))
+        boxes.append((x0 - zone.reach, y0 - zone.reach, x1 + zone.reach, y1 + zone.reach))
     low = np.min([b[:2] for b in boxes], axis=0)
     high = np.max([b[2:] for b in boxes], axis=0)
     pad = max(0.1 * float((high - low).max()), 1e-6)

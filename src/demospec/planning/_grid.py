@@ -50,15 +50,26 @@ def plan_on_grid(cost_map: CostMap, start: FloatArray, goal: FloatArray) -> Floa
 
 
 def cheapest(
-    grid: CostMap, blocked: NDArray[np.bool_], start: FloatArray, goal: FloatArray
+    grid: CostMap,
+    blocked: NDArray[np.bool_],
+    start: FloatArray,
+    goal: FloatArray,
+    price: FloatArray | None = None,
 ) -> FloatArray | None:
-    """Cheapest way through the free cells, from start to goal themselves; None without one."""
+    """Cheapest way through the free cells, from start to goal themselves; None without one.
+
+    Args:
+        grid: Cells and zones.
+        blocked: (rows, columns) cells not to enter.
+        start, goal: (2,), set units.
+        price: (rows, columns) cost per unit of length, > 0; default 1 everywhere.
+    """
     from skimage.graph import MCP_Geometric
 
     first, last = _entry(grid, blocked, start), _entry(grid, blocked, goal)
     if first is None or last is None:
         return None
-    search = MCP_Geometric(np.where(blocked, -1.0, 1.0))
+    search = MCP_Geometric(np.where(blocked, -1.0, 1.0 if price is None else price))
     costs, _ = search.find_costs([first], [last])
     if not np.isfinite(costs[last]):
         return None

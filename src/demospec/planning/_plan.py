@@ -1,25 +1,30 @@
-"""Cost maps and plans from rules: the two functions that everything else calls."""
+"""Cost maps, plans and verdicts from rules: the functions that everything else calls."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from demospec.demonstrations import checked_points
 from demospec.errors import InputError
-from demospec.frames import FloatArray, describe_length
+from demospec.frames import FloatArray
 from demospec.planning._blockers import blockers, share_that_fits
-from demospec.planning._check import check_zones
-from demospec.planning._cost_map import WEIGHT, CostMap, map_bounds
+from demospec.planning._budget import plan_within_budget
+from demospec.planning._constraint import Constraint, capped_at_ends, constraint_of
+from demospec.planning._cost_map import WEIGHT, CostMap, Preset, map_bounds
 from demospec.planning._grid import plan_on_grid
-from demospec.planning._results import Envelope, Plan, PlanCheck
-from demospec.planning._zones import chosen_type, clearance_zones
+from demospec.planning._results import Envelope, Plan, PlanCheck, Zone
+from demospec.planning._zones import chosen_type
 from demospec.rules import RuleSet
 from demospec.scene import Scene
 
-PLANNERS = ("grid",)
+PLANNERS = ("grid", "latent", "rrtstar", "bitstar", "informed-rrtstar")
+"""``latent`` plans in z_θ as the paper does; the last three are OMPL's (extra ``planners``)."""
 
 
 def cost_map(
@@ -31,6 +36,7 @@ def cost_map(
     resolution: float = 1.0,
     symbols: Sequence[str] | None = None,
     weight: float = WEIGHT,
+    preset: Preset = "physical",
 ) -> CostMap:
     """The cost map of one type in one scene.
 
@@ -41,18 +47,55 @@ def cost_map(
         envelope: Which of the consistent rules; default the safest.
         resolution: Cells per set unit; > 0. 1 gives a cell per pixel.
         symbols: Only these of the relevant symbols.
-        weight: Price of depth, per set unit (see `_cost_map`).
+        weight: Price of depth, per set unit.
+        preset: Which penalty, see `CostMap`.
 
     Raises:
-        InputError: Unknown type or envelope, resolution not > 0.
+        InputError: Unknown type, envelope or preset, resolution not > 0.
         CannotJudgeError: The scene does not list its objects.
     """
+    constraint = constraint_of(rules, scene, type, envelope, symbols=symbols)
+    return _map_of(constraint, rules, resolution, weight, preset)
+
+
+def _map_of(
+    constraint: Constraint,
+    rules: RuleSet,
+    resolution: float,
+    weight: float = WEIGHT,
+    preset: Preset = "physical",
+) -> CostMap:
     if not (np.isfinite(resolution) and resolution > 0):
         raise InputError("a resolution > 0 (cells per unit)", resolution, field="resolution")
-    rule = rules.of_type(chosen_type(rules, type)).clearance
-    scene.listed_objects()
-    zones = () if rule is None else clearance_zones(rule, scene, envelope, symbols=symbols)
-    return CostMap(zones, map_bounds(scene, zones), 1.0 / resolution, weight, rules.metres_per_unit)
+    zones = constraint.zones if constraint.soft is None else constraint.soft
+    bounds = map_bounds(constraint.scene, zones)
+    return CostMap(zones, bounds, 1.0 / resolution, weight, preset, rules.metres_per_unit)
+
+
+def check_plan(
+    rules: RuleSet,
+    scene: Scene,
+    points: ArrayLike,
+    type: str | None = None,
+    envelope: Envelope = "value",
+) -> PlanCheck:
+    """Does a path keep the rule of one type?
+
+    Exact on the polyline through the points: distances are those of whole segments, not of
+    samples. An influence rule is judged on the points, by its own definition.
+
+    Args:
+        rules: Learned or true rules.
+        scene: Must list its objects.
+        points: (n, 2), n ≥ 1, set units.
+        type: Whose rule; may be left out where there is only one.
+        envelope: Judge by the point answer (default) or by an end of the envelope.
+
+    Raises:
+        InputError: Unknown type, points that are none.
+        CannotJudgeError: The scene does not list its objects.
+    """
+    return constraint_of(rules, scene, type, envelope).check(checked_points(points)[:, :2])
 
 
 def plan_path(
@@ -66,7 +109,9 @@ def plan_path(
     symbols: Sequence[str] | None = None,
     start: Sequence[float] | None = None,
     goal: Sequence[float] | None = None,
+    allowance: float = 0.0,
     seed: int = 0,
+    time_limit_s: float = 2.0,
 ) -> Plan:
     """A short path from start to goal that keeps the rule, checked exactly.
 
@@ -74,7 +119,10 @@ def plan_path(
         rules, scene, type, envelope, resolution, symbols: As for `cost_map`.
         planner: One of `PLANNERS`.
         start, goal: Other ends than the scene's, set units.
+        allowance: Keep this much more than the rule asks, set units, ≥ 0: for the tracking
+            error of whoever carries the plan out. Less where start or goal is nearer.
         seed: For planners that sample.
+        time_limit_s: For OMPL's planners, which improve as long as they may.
 
     Returns:
         A plan; where no path keeps clear, one whose status says so and names what blocks.
@@ -82,71 +130,116 @@ def plan_path(
     Raises:
         InputError: Unknown planner; start or goal in a forbidden zone or off the table.
         CannotJudgeError: The scene does not list its objects.
+        MissingExtraError: OMPL is not installed.
     """
     began = time.perf_counter()
     if planner not in PLANNERS:
         raise InputError(f"one of {', '.join(PLANNERS)}", planner, field="planner")
+    if not (np.isfinite(allowance) and allowance >= 0):
+        raise InputError("an allowance >= 0", allowance, field="allowance")
     of = chosen_type(rules, type)
-    where = cost_map(rules, scene, of, envelope, resolution=resolution, symbols=symbols)
+    constraint = constraint_of(rules, scene, of, envelope, symbols=symbols)
     a = np.array((scene.start if start is None else start)[:2], dtype=np.float64)
     b = np.array((scene.goal if goal is None else goal)[:2], dtype=np.float64)
-    _check_ends(where, scene, a, b)
-    path = plan_on_grid(where, a, b)
-    unbounded = tuple(sorted({z.symbol for z in where.zones if not z.bounded}))
+    _check_on_table(_map_of(constraint, rules, resolution), scene, a, b)
+    constraint = capped_at_ends(constraint, rules, of, a, b, rules.metres_per_unit)
+    kept = replace(constraint, zones=_grown(constraint.zones, allowance, a, b))
+    where = _map_of(kept, rules, resolution)
+    path = _searched(planner, where, kept, a, b, seed, time_limit_s)
     common: dict[str, Any] = {
         "scene_id": scene.scene_id,
         "type": of,
         "planner": planner,
         "envelope": envelope,
-        "unbounded": unbounded,
+        "unbounded": constraint.unbounded,
+        "capped": constraint.capped,
         "metres_per_unit": rules.metres_per_unit,
     }
-    if path is None:
-        who = blockers(where, a, b)
+    if path is not None:
         return Plan(
-            status="infeasible",
-            points=np.empty((0, 2)),
-            length=float("nan"),
-            cost=float("nan"),
-            check=PlanCheck(False, float("nan"), {}),
-            blocked_by=who,
-            reason=_why_blocked(where, a, b, who),
+            status="found",
+            points=path,
+            length=float(np.hypot(*np.diff(path, axis=0).T).sum()),
+            cost=where.path_cost(path),
+            check=constraint.check(path),
             seconds=time.perf_counter() - began,
             **common,
         )
+    none: dict[str, Any] = {
+        "points": np.empty((0, 2)),
+        "length": float("nan"),
+        "cost": float("nan"),
+        "check": PlanCheck(False, float("nan"), {}),
+    }
+    if planner != "grid" and plan_on_grid(where, a, b) is not None:
+        reason = f"{planner} found no path; planner grid finds one"
+        seconds = time.perf_counter() - began
+        return Plan(status="failed", reason=reason, seconds=seconds, **none, **common)
+    who = blockers(where, a, b)
     return Plan(
-        status="found",
-        points=path,
-        length=float(np.hypot(*np.diff(path, axis=0).T).sum()),
-        cost=where.path_cost(path),
-        check=check_zones(where.zones, scene, path),
+        status="infeasible",
+        blocked_by=who,
+        reason=_why_blocked(where, a, b, who, budget=constraint.soft is not None),
         seconds=time.perf_counter() - began,
+        **none,
         **common,
     )
 
 
-def _check_ends(where: CostMap, scene: Scene, start: FloatArray, goal: FloatArray) -> None:
+def _searched(
+    planner: str,
+    where: CostMap,
+    constraint: Constraint,
+    start: FloatArray,
+    goal: FloatArray,
+    seed: int,
+    time_limit_s: float,
+) -> FloatArray | None:
+    if planner == "latent":
+        from demospec.planning._latent import plan_in_latent_space
+
+        return plan_in_latent_space(constraint, start, goal, seed)
+    if planner != "grid":
+        from demospec.planning._ompl import plan_with_ompl
+
+        return plan_with_ompl(planner, where, start, goal, seed, time_limit_s)
+    if constraint.soft is not None:
+        return plan_within_budget(where, constraint, start, goal)
+    return plan_on_grid(where, start, goal)
+
+
+def _grown(
+    zones: tuple[Zone, ...], by: float, start: FloatArray, goal: FloatArray
+) -> tuple[Zone, ...]:
+    """Zones with a larger radius, as far as start and goal stay clear."""
+    if by == 0.0:
+        return zones
+    ends = np.stack([start, goal])
+    grown = []
+    for zone in zones:
+        room = float(zone.shape.signed_distance(ends).min()) - zone.radius
+        grown.append(replace(zone, radius=zone.radius + min(by, 0.99 * room), reach=-1.0))
+    return tuple(grown)
+
+
+def _check_on_table(where: CostMap, scene: Scene, start: FloatArray, goal: FloatArray) -> None:
     x0, y0, x1, y1 = where.bounds
     for name, p in (("start", start), ("goal", goal)):
-        row = f"scene {scene.scene_id}"
         if not np.isfinite(p).all() or not (x0 <= p[0] <= x1 and y0 <= p[1] <= y1):
-            expected = f"a {name} on the table ({x0:g} … {x1:g}, {y0:g} … {y1:g})"
-            raise InputError(expected, f"[{p[0]:g}, {p[1]:g}]", row=row, field=name)
-        gaps = [(z, float(z.shape.signed_distance(p))) for z in where.zones]
-        for zone, gap in sorted(gaps, key=lambda pair: pair[1] - pair[0].radius):
-            if gap < zone.radius:
-                keep = describe_length(zone.radius, where.metres_per_unit)
-                found = f"[{p[0]:g}, {p[1]:g}], {describe_length(gap, where.metres_per_unit)} from"
-                raise InputError(
-                    f"a {name} at least {keep} from {zone.object_id}",
-                    f"{found} {zone.object_id} (a lower envelope keeps less)",
-                    row=row,
-                    field=name,
-                )
+            raise InputError(
+                f"a {name} on the table (x {x0:g} to {x1:g}, y {y0:g} to {y1:g})",
+                f"[{p[0]:g}, {p[1]:g}]",
+                row=f"scene {scene.scene_id}",
+                field=name,
+            )
 
 
-def _why_blocked(where: CostMap, start: FloatArray, goal: FloatArray, who: tuple[str, ...]) -> str:
+def _why_blocked(
+    where: CostMap, start: FloatArray, goal: FloatArray, who: tuple[str, ...], *, budget: bool
+) -> str:
     names = ", ".join(who) if who else "the objects together"
+    if budget:
+        return f"no path keeps below F_max: {names} in the way (a lower envelope asks less)"
     share = share_that_fits(where, start, goal)
     if share is None:
         return f"no way past {names}, even without any clearance"

@@ -4,39 +4,44 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Any
 
 from demospec.errors import InputError
-from demospec.files import read_json
-from demospec.rules import ClearanceRule, RuleSet, TypeRules
+from demospec.rules import RuleSet, TypeRules
+
+ANYONE = "anyone"
+"""Name of the one type of an influence answer, which does not name one."""
 
 
 def read_plannable(path: str | os.PathLike[str]) -> RuleSet:
     """Rules from a file or folder.
 
+    Accepts a rule file (the JSON of ``rules SET``, or a hand-written part of it), the answer
+    of ``rules PROBLEM`` alone (its type is then called ``anyone``), and the folder of a model
+    that can say its rules (``field``).
+
     Raises:
-        InputError: Neither rules nor a model, naming file and field.
+        InputError: None of these, naming file and field.
     """
-    import demospec.rules as rules
+    from demospec.files import read_json
+    from demospec.rules import rules_from_document
 
-    reader = getattr(rules, "read_rules", None)
-    if reader is not None:
-        read: RuleSet = reader(path)
-        return read
-    return _hand_written(Path(path), read_json(path))
+    file = Path(path)
+    if file.is_dir():
+        return _rules_of_model(file)
+    document = read_json(file)
+    if isinstance(document, dict) and "types" not in document and "hull" in document:
+        return RuleSet({ANYONE: TypeRules(influence=document)})
+    return rules_from_document(document, file=file)
 
 
-def _hand_written(path: Path, document: Any) -> RuleSet:
-    types = document.get("types") if isinstance(document, dict) else None
-    if not isinstance(types, dict) or not types:
-        raise InputError("rules per type", document, file=path, field="types")
-    rules = {}
-    for name, entry in types.items():
-        clearance = entry.get("clearance") or {}
-        value = {str(k): float(v) for k, v in clearance.get("value", {}).items()}
-        interval = {
-            str(k): (float(a), float("inf") if b is None else float(b))
-            for k, (a, b) in clearance.get("interval", {}).items()
-        }
-        rules[str(name)] = TypeRules(ClearanceRule(value, interval))
-    return RuleSet(rules, metres_per_unit=document.get("metres_per_unit"))
+def _rules_of_model(folder: Path) -> RuleSet:
+    from demospec.specification import load_model
+
+    model = load_model(folder)
+    if isinstance(model, RuleSet):
+        return model
+    rules = getattr(model, "rules", None)
+    if isinstance(rules, RuleSet):
+        return rules
+    expected = "a rule file, or a model that can say its rules (field)"
+    raise InputError(expected, f"model {type(model).__name__}", file=folder)

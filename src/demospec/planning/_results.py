@@ -31,7 +31,8 @@ class Zone:
     Args:
         object_id, symbol: Which object.
         shape: What the distance is measured from: the footprint, or the centre.
-        radius: Clearance to keep, set units; ≥ 0.
+        radius: Clearance to keep, set units; ≥ 0. Nearer is forbidden.
+        reach: Where the price starts to rise, set units; ≥ `radius`, which is the default.
         bounded: False where the demonstrations give no upper end for this symbol, so that
             `radius` is the point answer and an upper-corner plan is no guarantee.
     """
@@ -40,7 +41,12 @@ class Zone:
     symbol: str
     shape: Footprint
     radius: float
+    reach: float = -1.0
     bounded: bool = True
+
+    def __post_init__(self) -> None:
+        if self.reach < self.radius:
+            object.__setattr__(self, "reach", self.radius)
 
 
 @dataclass(frozen=True)
@@ -112,7 +118,11 @@ class Plan:
         blocked_by: Ids of the objects that block, where infeasible.
         reason: Why there is no plan, in words, with advice.
         unbounded: Symbols whose clearance has no upper end in the rule: no guarantee there.
+        capped: Symbol → clearance kept, where start or goal is nearer to such an object than
+            the envelope asks: no path could keep more, so no rule that any path of this
+            scene obeys asks for more.
         seconds: Wall time of planning and checking.
+        metres_per_unit: Or None where the set does not say.
     """
 
     scene_id: str
@@ -127,9 +137,9 @@ class Plan:
     blocked_by: tuple[str, ...] = ()
     reason: str = ""
     unbounded: tuple[str, ...] = ()
+    capped: Mapping[str, float] = field(default_factory=dict)
     seconds: float = 0.0
     metres_per_unit: float | None = None
-    details: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def found(self) -> bool:
@@ -158,7 +168,7 @@ class Plan:
             "blocked_by": list(self.blocked_by),
             "reason": self.reason,
             "unbounded": list(self.unbounded),
+            "capped": dict(self.capped),
             "metres_per_unit": self.metres_per_unit,
             "seconds": self.seconds,
-            **self.details,
         }

@@ -1,0 +1,126 @@
+"""What a plan must keep: a rule of one type, at one end of its envelope, in one scene."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from demospec.errors import InputError
+from demospec.frames import FloatArray, describe_length
+from demospec.planning._check import check_zones
+from demospec.planning._influence import InfluenceLimit, influence_limit
+from demospec.planning._results import Envelope, PlanCheck, Zone
+from demospec.planning._zones import chosen_type, clearance_zones
+from demospec.rules import RuleSet
+from demospec.scene import Scene
+
+
+@dataclass(frozen=True)
+class Constraint:
+    """The rule to plan with.
+
+    Args:
+        scene: Lists its objects.
+        zones: Keeping out of all of them obeys the rule.
+        soft: The same with only what is strictly forbidden as radius, for rules that allow
+            some influence (F_max); None where `zones` is the rule.
+        limit: The influence rule itself; None for a clearance rule.
+        capped: See `Plan.capped`.
+    """
+
+    scene: Scene
+    zones: tuple[Zone, ...]
+    soft: tuple[Zone, ...] | None = None
+    limit: InfluenceLimit | None = None
+    capped: dict[str, float] = field(default_factory=dict)
+
+    def check(self, path: FloatArray) -> PlanCheck:
+        """The verdict on a path (n, 2)."""
+        if self.limit is None:
+            return check_zones(self.zones, self.scene, path)
+        return self.limit.check(self.scene, path)
+
+    @property
+    def unbounded(self) -> tuple[str, ...]:
+        return tuple(sorted({z.symbol for z in self.zones if not z.bounded}))
+
+
+def constraint_of(
+    rules: RuleSet,
+    scene: Scene,
+    type: str | None = None,
+    envelope: Envelope = "upper",
+    *,
+    symbols: Sequence[str] | None = None,
+) -> Constraint:
+    """The rule of one type in one scene: its clearance rule, else its influence rule.
+
+    Raises:
+        InputError: Unknown type, envelope or symbol.
+        CannotJudgeError: The scene does not list its objects.
+    """
+    of = chosen_type(rules, type)
+    listed = scene.listed_objects()
+    rule = rules.of_type(of)
+    known = {o.symbol for o in listed} | set(rule.clearance.relevant if rule.clearance else ())
+    for symbol in symbols or ():
+        if symbol not in known:
+            names = ", ".join(sorted(known)) or "none"
+            raise InputError(f"symbols of the rule or scene ({names})", symbol, field="symbols")
+    if rule.clearance is not None:
+        return Constraint(scene, clearance_zones(rule.clearance, scene, envelope, symbols=symbols))
+    if rule.influence is None:
+        raise InputError("a rule to plan with", "none", field=f"types.{of}")
+    limit = influence_limit(rule.influence, scene, envelope, symbols=symbols)
+    zones = limit.zones()
+    return Constraint(scene, zones, limit.soft_zones(), limit)
+
+
+def capped_at_ends(
+    constraint: Constraint,
+    rules: RuleSet,
+    type: str,
+    start: FloatArray,
+    goal: FloatArray,
+    metres_per_unit: float | None,
+) -> Constraint:
+    """The constraint with no clearance larger than start and goal allow.
+
+    Every path of the scene begins and ends there. So a class's clearance that exceeds the
+    distance from an end to one of its objects leaves no acceptable path at all; among the
+    consistent rules that leave one, the clearance is at most that distance. The point answer
+    is the limit: an end nearer than that is an error, which names the object.
+
+    Raises:
+        InputError: Start or goal is forbidden by the point answer.
+    """
+    least = constraint
+    if constraint.limit is None:
+        least = constraint_of(rules, constraint.scene, type, "value")
+    strict = least.soft if least.soft is not None else least.zones
+    radius = {z.object_id: z.radius for z in strict}
+    most: dict[str, float] = {}
+    for zone in constraint.zones if constraint.soft is None else constraint.soft:
+        for name, point in (("start", start), ("goal", goal)):
+            gap = float(zone.shape.signed_distance(point))
+            keep = min(radius.get(zone.object_id, zone.radius), zone.radius)
+            if gap < keep:
+                words = describe_length(keep, metres_per_unit)
+                found = describe_length(gap, metres_per_unit)
+                raise InputError(
+                    f"a {name} at least {words} from {zone.object_id}",
+                    f"[{point[0]:g}, {point[1]:g}], {found} from it",
+                    row=f"scene {constraint.scene.scene_id}",
+                    field=name,
+                )
+            if gap < zone.radius:
+                most[zone.symbol] = min(gap, most.get(zone.symbol, np.inf))
+    if not most or constraint.soft is not None:
+        return constraint
+    zones = tuple(
+        replace(z, radius=min(z.radius, most[z.symbol]), reach=-1.0) if z.symbol in most else z
+        for z in constraint.zones
+    )
+    return replace(constraint, zones=zones, capped=most)
