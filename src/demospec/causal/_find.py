@@ -13,6 +13,7 @@ import numpy as np
 
 from demospec.causal._estimate import estimate, stable_seed
 from demospec.causal._interventions import Editor, ListEditor, Thing
+from demospec.causal._picture_editor import PictureEditor, Source
 from demospec.causal._places import (
     Region,
     draw_controls,
@@ -52,7 +53,7 @@ def find_causes(
         symbols: To be added; those that occur in the scenes by default.
         types: All that the model knows by default.
         settings: How much is tried and what counts as a claim.
-        editor: How scenes are changed; by default `editor_for` the scenes.
+        editor: How scenes are changed; by default what `editor_for` says.
         paths: Scene id → paths to judge instead of random Bézier curves (free polylines,
             say a set's own demonstrations).
         progress: Told about scenes done.
@@ -108,9 +109,23 @@ def run_trials(
     return run.table(skipped, refused)
 
 
-def editor_for(scenes: Sequence[Scene]) -> Editor:
-    """Changes pictures too where the scenes have them, else object lists alone."""
-    return ListEditor(scenes)
+def editor_for(
+    scenes: Sequence[Scene],
+    *,
+    source: Source = "auto",
+    catalogue: str | None = None,
+    metres_per_unit: float | None = None,
+) -> Editor:
+    """Changes pictures too where the scenes have them, else object lists alone.
+
+    Args:
+        source, catalogue, metres_per_unit: See `PictureEditor`.
+    """
+    if all(scene.picture is None for scene in scenes):
+        return ListEditor(scenes)
+    return PictureEditor(
+        scenes, source=source, catalogue=catalogue, metres_per_unit=metres_per_unit
+    )
 
 
 def own_paths(
@@ -241,9 +256,9 @@ class _Run:
     ) -> None:
         """Each placement draws its own item, so that no single item stands for its symbol."""
         rng = self.rng(scene, "add", symbol)
-        things = self.editor.things(symbol)
+        things = self.editor.things(symbol, scene)
         done = 0
-        for k in range(self.settings.placements):
+        for k in range(self.settings.placements if things else 0):
             thing = things[int(rng.integers(len(things)))]
             angle = float(rng.uniform(0, 2 * np.pi))
             spots = self._spots(listed, area, thing.radius_px(scene), rng, n=1)
@@ -273,7 +288,7 @@ class _Run:
                 if symbol == item.symbol:
                     continue
                 rng = self.rng(scene, "swap", item.id, symbol)
-                thing = self._fitting(self.editor.things(symbol), listed, item.id, rng)
+                thing = self._fitting(self.editor.things(symbol, scene), listed, item.id, rng)
                 if thing is not None:
                     bare = bare if bare is not None else self.editor.remove(scene, item.id)
                     after = thing.put(bare, item.center, float(rng.uniform(0, 2 * np.pi)))
@@ -300,11 +315,15 @@ class _Run:
         rng = self.rng(scene, "placebo")
         radius = 0.06 * (area.high[0] - area.low[0])
         spots = self._spots(listed, area, radius, rng)
+        done = 0
         for k, (x, y) in enumerate(spots):
             at = (float(x), float(y))
-            trial("placebo", "", k, at, self.editor.placebo(scene, at, rng))
-        if not len(spots):
-            self.short.setdefault("", []).append((scene.scene_id, 0))
+            after = self.editor.placebo(scene, at, rng)
+            if after is not None:
+                trial("placebo", "", k, at, after)
+                done += 1
+        if done < self.settings.placements:
+            self.short.setdefault("", []).append((scene.scene_id, done))
 
     def table(
         self, skipped: dict[str, str], refused: Sequence[tuple[Scene, CannotJudgeError]]

@@ -35,8 +35,8 @@ class Thing(Protocol):
 class Editor(Protocol):
     """Hands that change the scenes of one set. No method changes a scene in place."""
 
-    def things(self, symbol: str) -> Sequence[Thing]:
-        """What can be added of a symbol; none where there is no source for it."""
+    def things(self, symbol: str, scene: Scene | None = None) -> Sequence[Thing]:
+        """What can be added of a symbol (to that scene); none where there is no source."""
         ...
 
     def remove(self, scene: Scene, object_id: str) -> Scene:
@@ -47,7 +47,9 @@ class Editor(Protocol):
         """The object at another place."""
         ...
 
-    def placebo(self, scene: Scene, center: tuple[float, float], rng: np.random.Generator) -> Scene:
+    def placebo(
+        self, scene: Scene, center: tuple[float, float], rng: np.random.Generator
+    ) -> Scene | None:
         """Bare table moved onto bare table at `center`: nothing that anybody cares about."""
         ...
 
@@ -93,7 +95,7 @@ class ListEditor:
             for item in scene.objects or ():
                 self._things.setdefault(item.symbol, []).append(ListedThing(item, scene.scene_id))
 
-    def things(self, symbol: str) -> Sequence[Thing]:
+    def things(self, symbol: str, scene: Scene | None = None) -> Sequence[Thing]:
         return self._things.get(symbol, [])
 
     def remove(self, scene: Scene, object_id: str) -> Scene:
