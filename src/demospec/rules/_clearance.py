@@ -20,6 +20,8 @@ from demospec.frames import FloatArray
 from demospec.rules._clearance_distance import Distance
 from demospec.rules._clearance_evidence import (
     SLOPE,
+    ClearancePrior,
+    Noise,
     Particles,
     log_label_evidence,
     log_sum,
@@ -36,6 +38,14 @@ Sharing = Literal["average", "shared", "separate"]
 
 INCLUSION = 0.5
 """Prior odds that a class matters: few classes are preferred, each costs a factor of two."""
+
+EVERYTHING = 1.5
+"""As many named classes as "everything that a rejected demonstration came near" costs: more
+than one class, less than two."""
+
+SPREAD = 5.0
+SPREAD_FROM_CENTER = 15.0
+"""Half of the prior mass of a clearance lies below this, in hundredths of the table."""
 
 SEPARATE = 0.2
 """Prior probability that every class has a clearance of its own."""
@@ -136,8 +146,10 @@ def fit_clearance(
     top = float(finite.max(initial=floor)) if reach is None else float(reach)
     top = max(top, floor + unit)
     table = log_label_evidence(len(ok))
-    members, exact = likely_subsets(d, ok, floor, top, table, log(INCLUSION))
-    particles = _posterior(d, ok, members, floor, top, table, sharing, unit)
+    spread = (SPREAD if distance == "footprint" else SPREAD_FROM_CENTER) * unit
+    prior = ClearancePrior(floor, top, spread)
+    members, exact = likely_subsets(d, ok, prior, table, log(INCLUSION))
+    particles = _posterior(d, ok, members, prior, table, sharing, unit)
     return _answer(d, ok, names, particles, floor, distance, exact)
 
 
@@ -165,46 +177,53 @@ def _posterior(
     d: FloatArray,
     ok: BoolArray,
     members: BoolArray,
-    floor: float,
-    reach: float,
+    prior: ClearancePrior,
     table: FloatArray,
     sharing: Sharing,
     unit: float,
 ) -> Particles:
     """All models weighed: subsets × shared or separate × distance error or none."""
-    prior = log(INCLUSION) * members.sum(axis=1)
+    sparse = log(INCLUSION) * members.sum(axis=1).astype(np.float64)
     near = nearest_of(members, d)
-    mass, low, high = shared_evidence(near, ok, floor, reach, table)
+    mass, low, high = shared_evidence(prior.share(near), ok, table)
     clean = log(1.0 - sum(p for _, p in NOISES))
-    score = prior + np.array([log_sum(row) for row in mass])
+    score = sparse + np.array([log_sum(row) for row in mass])
     parts: list[Particles] = []
+    rates = tuple(rate for rate, _ in _RATES)
     noises = [
-        (sigma * unit, rate, log(p) + log(share)) for sigma, p in NOISES for rate, share in _RATES
+        Noise(sigma * unit, rates, tuple(log(p) + log(share) for _, share in _RATES))
+        for sigma, p in NOISES
     ]
+    best = int(score.argmax())
+    weight = np.exp(mass[best] - mass[best].max())
+    start = float(weight @ prior.clearance((low[best] + high[best]) / 2) / weight.sum())
+    # "Everything" is a short description too. A class that no rejected demonstration came as
+    # near to as the clearance is not part of it: nothing speaks for that one.
+    every = (d[~ok] < start).any(axis=0)
+    row = np.flatnonzero((members == every).all(axis=1))
+    if len(row) and every.sum() > EVERYTHING:
+        bonus = log(INCLUSION) * (EVERYTHING - every.sum())
+        sparse[row] += bonus
+        score[row] += bonus
     closer = np.argsort(-score, kind="stable")[:_CLOSER_LOOK]
     best = int(closer[0])
-    weight = np.exp(mass[best] - mass[best].max())
-    start = float((weight * (low[best] + high[best]) / 2).sum() / weight.sum())
     one_each = members.sum(axis=1) <= 1
-    for s in np.flatnonzero(score > score[best] - 12.0):
-        part = _hard(members[s], mass[s], low[s], high[s])
-        parts.append(part.scaled(prior[s] + clean + _share_prior(sharing, bool(one_each[s]))))
-    for s in closer:
+    for s in np.flatnonzero(score > score[best] - 12.0).tolist():
+        part = _hard(members[s], mass[s], low[s], high[s], prior)
+        parts.append(part.scaled(sparse[s] + clean + _share_prior(sharing, bool(one_each[s]))))
+    for s in closer.tolist():
         share = _share_prior(sharing, bool(one_each[s]))
         if share > -np.inf:
-            part = _soft(members[s], near[s], ok, floor, reach, noises, start, unit)
-            parts.append(part.scaled(prior[s] + share))
+            part = _soft(members[s], near[s], ok, prior, noises, start, unit)
+            parts.append(part.scaled(sparse[s] + share))
     if sharing != "shared":
         split = log(SEPARATE) if sharing == "average" else 0.0
-        cases = [(0.0, 0.0, clean), *noises]
-        for s in _split_candidates(d, ok, members, score, floor):
-            part = separate_particles(
-                d, ok, np.flatnonzero(members[s]).tolist(), floor, reach, table, cases, start
-            )
-            parts.append(part.scaled(prior[s] + split))
-    every = Particles.joined(parts)
-    total = log_sum(every.log_weight)
-    return _thinned(every.scaled(-total))
+        for s in _split_candidates(d, ok, members, score, prior.floor):
+            chosen = np.flatnonzero(members[s]).tolist()
+            part = separate_particles(d, ok, chosen, prior, table, noises, clean, start)
+            parts.append(part.scaled(sparse[s] + split))
+    joined = Particles.joined(parts)
+    return _thinned(joined.scaled(-log_sum(joined.log_weight)))
 
 
 def _share_prior(sharing: Sharing, one: bool) -> float:
@@ -229,13 +248,15 @@ def _split_candidates(
     return sorted({int(s) for s in (*by_logic, *by_score)})
 
 
-def _hard(member: BoolArray, mass: FloatArray, low: FloatArray, high: FloatArray) -> Particles:
+def _hard(
+    member: BoolArray, mass: FloatArray, low: FloatArray, high: FloatArray, prior: ClearancePrior
+) -> Particles:
     if not member.any():
         return Particles(np.array([log_sum(mass)]), np.full((1, len(member)), -np.inf), np.zeros(1))
     keep = mass > mass.max() - 12.0
     # Every interval in pieces, so that a wide one fades from one verdict to the other.
     piece = (np.arange(_PIECES) + 0.5) / _PIECES
-    middle = (low[keep, None] + (high - low)[keep, None] * piece).ravel()
+    middle = prior.clearance((low[keep, None] + (high - low)[keep, None] * piece).ravel())
     clearance = np.where(member, middle[:, None], -np.inf)
     return Particles(
         np.repeat(mass[keep] - log(_PIECES), _PIECES), clearance, np.zeros(len(middle))
@@ -246,30 +267,27 @@ def _soft(
     member: BoolArray,
     near: FloatArray,
     ok: BoolArray,
-    floor: float,
-    reach: float,
-    noises: Sequence[tuple[float, float, float]],
+    prior: ClearancePrior,
+    noises: Sequence[Noise],
     start: float,
     unit: float,
 ) -> Particles:
     """One shared clearance, distances with error: a grid about the best clearance."""
-    if not member.any():
-        middle, width = np.array([floor]), 1.0
+    if member.any():
+        low, high = max(prior.floor, start - 10 * unit), min(prior.reach, start + 10 * unit)
+        edges = np.linspace(low, max(high, low + 1e-9 * unit), 81)
+        middle = (edges[1:] + edges[:-1]) / 2
+        log_width = np.log(np.diff(prior.share(edges)) + 1e-300)
     else:
-        low, high = max(floor, start - 10 * unit), min(reach, start + 10 * unit)
-        edges = np.linspace(low, max(high, low + unit), 81)
-        middle, width = (edges[1:] + edges[:-1]) / 2, float(edges[1] - edges[0])
-        width /= max(reach - floor, 1e-300)
+        middle, log_width = np.array([prior.floor]), np.zeros(1)
     gap = near[None, :] - middle[:, None]
     clearance = np.where(member, middle[:, None], -np.inf)
-    parts = [
-        Particles(
-            noisy_labels(gap, ok, sigma, rate) + log_case + log(width),
-            clearance,
-            np.full(len(middle), sigma),
-        )
-        for sigma, rate, log_case in noises
-    ]
+    parts = []
+    for noise in noises:
+        likelihoods = noisy_labels(gap, ok, noise.sigma, noise.rates)
+        for likelihood, log_case in zip(likelihoods, noise.log_prior, strict=True):
+            weight = likelihood + log_case + log_width
+            parts.append(Particles(weight, clearance, np.full(len(middle), noise.sigma)))
     return Particles.joined(parts)
 
 
@@ -324,8 +342,8 @@ def _answer(
     required = space.required()
     possible = space.upper >= floor
     rule = ClearanceRule(value, interval, uninformed, distance)
-    c = np.where(chosen, [value.get(n, -np.inf) for n in names], -np.inf)
-    wrong = (margins(d, c[None])[0] >= 0) != ok
+    point = np.array([value.get(n, -np.inf) for n in names])
+    wrong = (margins(d, point[None])[0] >= 0) != ok
     return ClearanceFit(
         rule=rule,
         symbols=names,

@@ -118,7 +118,7 @@ def shape_of(item: SceneObject, distance: Distance) -> Footprint:
 
 
 def nearest_points(
-    paths: FlatPaths | DensePaths, shape: Footprint
+    dense: DensePaths, shape: Footprint
 ) -> tuple[FloatArray, np.ndarray, FloatArray]:
     """Where each dense path comes nearest to a footprint.
 
@@ -130,7 +130,6 @@ def nearest_points(
         Distance (n,); row in ``paths.points`` of the segment's first point (n,); how far along
         that segment, in [0, 1) (n,).
     """
-    dense = paths if isinstance(paths, DensePaths) else DensePaths(paths)
     n = len(dense.first)
     counts = -(-(dense.last - dense.first) // _COARSE) + 1
     begin = np.concatenate([[0], np.cumsum(counts)])

@@ -4,11 +4,12 @@ Two ways to be wrong are integrated out. *Labels*: each is wrong with a rate tha
 prior, so the evidence depends on the number of contradicted demonstrations only.
 *Positions*: distances carry an error of logistic shape (standard deviation about σ), which
 matters where a detector or a person measured the objects; σ = 0 is one of the cases.
-Clearances have a flat prior on [floor, reach], shared by all classes or one for each.
+Clearances, shared by all classes or one for each, have the prior of `ClearancePrior`.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import lgamma
 
@@ -52,6 +53,44 @@ class Particles:
         return Particles(self.log_weight + log_factor, self.clearance, self.sigma)
 
 
+@dataclass(frozen=True)
+class ClearancePrior:
+    """What is thought of a clearance before anything was shown: P(c ≤ floor + x) ∝ x / (x + s).
+
+    Half of the mass lies below the spread s, the rest has a long tail: people keep a few
+    hundredths of the table, now and then much more.
+
+    Args:
+        floor, reach: Least and greatest clearance, set units.
+        spread: s > 0, set units.
+    """
+
+    floor: float
+    reach: float
+    spread: float
+
+    def share(self, c: FloatArray) -> FloatArray:
+        """P(clearance ≤ c) in [0, 1]; clearances of ±inf welcome."""
+        x = np.clip(c, self.floor, self.reach) - self.floor
+        top = self.reach - self.floor
+        return np.asarray(x / (x + self.spread) * ((top + self.spread) / top))
+
+    def clearance(self, share: FloatArray) -> FloatArray:
+        """The inverse of `share`."""
+        top = self.reach - self.floor
+        u = np.asarray(share) * (top / (top + self.spread))
+        return np.asarray(self.floor + self.spread * u / (1.0 - u))
+
+
+@dataclass(frozen=True)
+class Noise:
+    """One size of distance error σ > 0, with rates of wrong labels and the log prior of each."""
+
+    sigma: float
+    rates: tuple[float, ...]
+    log_prior: tuple[float, ...]
+
+
 def log_label_evidence(n: int) -> FloatArray:
     """(n + 1,) log P(labels) with x = 0 … n contradicted, the noise rate integrated out."""
     a, b = LABEL_NOISE
@@ -68,14 +107,15 @@ def log_sum(values: FloatArray) -> float:
 
 
 def shared_evidence(
-    near: FloatArray, valid: BoolArray, floor: float, reach: float, table: FloatArray
+    near: FloatArray, valid: BoolArray, table: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Exact integral over one clearance for many subsets, distances without error.
 
+    Works on prior shares (`ClearancePrior.share`), on which the prior is flat on [0, 1].
+
     Args:
-        near: (s, n) for each subset the nearest approach to any of its classes.
+        near: (s, n) for each subset the nearest approach to any of its classes, as a share.
         valid: (n,).
-        floor, reach: The clearance lies between them.
         table: From `log_label_evidence`.
 
     Returns:
@@ -84,26 +124,27 @@ def shared_evidence(
     """
     order = np.argsort(near, axis=1, kind="stable")
     accepted = valid[order]
-    cuts = np.clip(np.take_along_axis(near, order, axis=1), floor, reach)
-    ends = np.full((len(near), 1), reach)
-    low = np.concatenate([np.full_like(ends, floor), cuts], axis=1)
-    high = np.concatenate([cuts, ends], axis=1)
-    zero = np.zeros((len(near), 1), dtype=np.int64)
+    cuts = np.take_along_axis(near, order, axis=1)
+    zeros, ones = np.zeros((len(near), 1)), np.ones((len(near), 1))
+    low = np.concatenate([zeros, cuts], axis=1)
+    high = np.concatenate([cuts, ones], axis=1)
     # c in (low_j, high_j] rejects the j nearest demonstrations and accepts the others.
+    zero = zeros.astype(np.int64)
     wrongly_out = np.concatenate([zero, np.cumsum(accepted, axis=1)], axis=1)
     rejected_before = np.concatenate([zero, np.cumsum(~accepted, axis=1)], axis=1)
     contradictions = wrongly_out + (int((~valid).sum()) - rejected_before)
-    width = high - low
     with np.errstate(divide="ignore"):
-        mass = table[contradictions] + np.log(np.maximum(width, 0.0) / max(reach - floor, 1e-300))
+        mass = table[contradictions] + np.log(np.maximum(high - low, 0.0))
     return mass, low, high
 
 
-def noisy_labels(gap: FloatArray, valid: BoolArray, sigma: float, rate: float) -> FloatArray:
-    """(…, n) margins → (…) log P(labels) with distance error σ and label noise `rate`."""
-    p = 1.0 / (1.0 + np.exp(np.clip(-SLOPE / sigma * gap, -60.0, 60.0)))
-    p = rate + (1.0 - 2.0 * rate) * p
-    return np.asarray(np.log(np.where(valid, p, 1.0 - p)).sum(axis=-1))
+def noisy_labels(
+    gap: FloatArray, valid: BoolArray, sigma: float, rates: Sequence[float]
+) -> list[FloatArray]:
+    """(…, n) margins → for each rate of wrong labels (…) log P(labels), distance error σ."""
+    signed = gap * np.where(valid, -SLOPE / sigma, SLOPE / sigma)
+    agrees = 1.0 / (1.0 + np.exp(np.clip(signed, -60.0, 60.0)))
+    return [np.log(rate + (1.0 - 2.0 * rate) * agrees).sum(axis=-1) for rate in rates]
 
 
 def margins(nearest: FloatArray, clearance: FloatArray) -> FloatArray:

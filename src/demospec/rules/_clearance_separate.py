@@ -14,6 +14,8 @@ import numpy as np
 
 from demospec.frames import FloatArray
 from demospec.rules._clearance_evidence import (
+    ClearancePrior,
+    Noise,
     Particles,
     log_sum,
     margins,
@@ -31,10 +33,10 @@ def separate_particles(
     nearest: FloatArray,
     valid: BoolArray,
     subset: Sequence[int],
-    floor: float,
-    reach: float,
+    prior: ClearancePrior,
     table: FloatArray,
-    noises: Sequence[tuple[float, float, float]],
+    noises: Sequence[Noise],
+    clean: float,
     start: float,
 ) -> Particles:
     """Posterior particles of the clearances of one subset, one for each class in it.
@@ -43,8 +45,10 @@ def separate_particles(
         nearest: (n, K).
         valid: (n,).
         subset: Columns that matter, at least one.
-        floor, reach, table: As in `shared_evidence`.
-        noises: Cases (σ, label noise, log prior); σ = 0 uses `table` in place of the rate.
+        prior: Of every clearance.
+        table: As in `shared_evidence`.
+        noises: Distance errors to weigh, beside none at all.
+        clean: Log prior of no error.
         start: A clearance to begin from.
 
     Returns:
@@ -52,35 +56,37 @@ def separate_particles(
     """
     columns = list(subset)
     near = nearest[:, columns]
-    current = np.full(len(columns), start)
+    shares = prior.share(near)
+    current = np.full(len(columns), float(prior.share(np.array(start))))
     for _ in range(_ROUNDS):
         before = current.copy()
         for j in range(len(columns)):
-            mass, low, high = _conditional(near, valid, current, j, floor, reach, table)
+            mass, low, high = _conditional(shares, valid, current, j, table)
             weight = np.exp(mass - mass.max())
             current[j] = float((weight * (low + high) / 2).sum() / weight.sum())
         if np.array_equal(before, current):
             break
-    points = np.empty((_POINTS, len(columns)))
+    drawn = np.empty((_POINTS, len(columns)))
     log_q = np.zeros(_POINTS)
+    smear = 4 * max((noise.sigma for noise in noises), default=0.0)
     for j in range(len(columns)):
-        mass, low, high = _conditional(near, valid, current, j, floor, reach, table)
-        smear = max((s for s, _, _ in noises), default=0.0)
-        points[:, j], part = _draw(mass, low, high, _halton(_PRIMES[j % len(_PRIMES)]), smear)
+        mass, low, high = _conditional(shares, valid, current, j, table)
+        center = prior.clearance(current[j])
+        around = prior.share(np.array([center - smear, center + smear]))
+        drawn[:, j], part = _draw(mass, low, high, _halton(_PRIMES[j % len(_PRIMES)]), around)
         log_q += part
+    points = prior.clearance(drawn)
     gap = margins(near, points)
-    log_prior = -len(columns) * np.log(max(reach - floor, 1e-300)) - log_q - np.log(_POINTS)
-    parts = []
-    for sigma, rate, log_case in noises:
-        if sigma == 0.0:
-            likelihood = table[((gap >= 0) != valid).sum(axis=1)]
-        else:
-            likelihood = noisy_labels(gap, valid, sigma, rate)
-        clearance = np.full((_POINTS, nearest.shape[1]), -np.inf)
-        clearance[:, columns] = points
-        parts.append(
-            Particles(log_prior + likelihood + log_case, clearance, np.full(_POINTS, sigma))
-        )
+    log_prior = -log_q - np.log(_POINTS)
+    clearance = np.full((_POINTS, nearest.shape[1]), -np.inf)
+    clearance[:, columns] = points
+    none = table[((gap >= 0) != valid).sum(axis=1)]
+    parts = [Particles(log_prior + none + clean, clearance, np.zeros(_POINTS))]
+    for noise in noises:
+        likelihoods = noisy_labels(gap, valid, noise.sigma, noise.rates)
+        for likelihood, log_case in zip(likelihoods, noise.log_prior, strict=True):
+            weight = log_prior + likelihood + log_case
+            parts.append(Particles(weight, clearance, np.full(_POINTS, noise.sigma)))
     return Particles.joined(parts)
 
 
@@ -89,8 +95,6 @@ def _conditional(
     valid: BoolArray,
     current: FloatArray,
     j: int,
-    floor: float,
-    reach: float,
     table: FloatArray,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Posterior of clearance j with the others held: log mass, low and high of intervals."""
@@ -101,13 +105,13 @@ def _conditional(
     # What another class already rejects is rejected whatever c_j is.
     always = int((valid & ~kept).sum())
     mass, low, high = shared_evidence(
-        near[kept, j][None], valid[kept], floor, reach, table[always : always + kept.sum() + 1]
+        near[kept, j][None], valid[kept], table[always : always + kept.sum() + 1]
     )
     return mass[0], low[0], high[0]
 
 
 def _draw(
-    mass: FloatArray, low: FloatArray, high: FloatArray, u: FloatArray, smear: float
+    mass: FloatArray, low: FloatArray, high: FloatArray, u: FloatArray, around: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Points through a widened version of a piecewise constant density, and its log there."""
     width = np.maximum(high - low, 0.0)
@@ -118,8 +122,7 @@ def _draw(
         0.3 * (mass - np.log(width)) - log_sum(0.3 * (mass - np.log(width)) + np.log(width))
     )
     flat *= width
-    center = float((p * (low + high) / 2).sum())
-    local = np.where((low < center + 4 * smear) & (high > center - 4 * smear), width, 0.0)
+    local = np.where((low < around[1]) & (high > around[0]), width, 0.0)
     local = local / local.sum() if local.sum() > 0 else p
     q = 0.5 * p + 0.25 * flat + 0.25 * local
     q /= q.sum()

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from demospec.frames import FloatArray
-from demospec.rules._clearance_evidence import log_sum, shared_evidence
+from demospec.rules._clearance_evidence import ClearancePrior, log_sum, shared_evidence
 from demospec.rules._clearance_space import BoolArray
 
 EXACT_LIMIT = 12
@@ -18,7 +18,7 @@ _BEAM = 24
 def every_subset(count: int) -> BoolArray:
     """(2^count, count) membership of all subsets; row r is r in binary."""
     rows = np.arange(1 << count)
-    return (rows[:, None] >> np.arange(count)) & 1 == 1
+    return np.asarray((rows[:, None] >> np.arange(count)) & 1, dtype=np.bool_)
 
 
 def nearest_of(members: BoolArray, nearest: FloatArray) -> FloatArray:
@@ -33,8 +33,7 @@ def nearest_of(members: BoolArray, nearest: FloatArray) -> FloatArray:
 def likely_subsets(
     nearest: FloatArray,
     valid: BoolArray,
-    floor: float,
-    reach: float,
+    prior: ClearancePrior,
     table: FloatArray,
     log_inclusion: float,
 ) -> tuple[BoolArray, bool]:
@@ -48,7 +47,8 @@ def likely_subsets(
     Args:
         nearest: (n, K).
         valid: (n,).
-        floor, reach, table: As in `shared_evidence`.
+        prior: Of a clearance.
+        table: As in `shared_evidence`.
         log_inclusion: Log of the prior odds that a class matters.
     """
     count = nearest.shape[1]
@@ -58,6 +58,7 @@ def likely_subsets(
         members = np.zeros((len(inner), count), dtype=bool)
         members[:, present] = inner
         return members, True
+    shares = prior.share(nearest)
     scores: dict[bytes, float] = {}
     found: dict[bytes, BoolArray] = {}
 
@@ -66,7 +67,7 @@ def likely_subsets(
         if not fresh:
             return
         stacked = np.stack(list(fresh.values()))
-        mass, _, _ = shared_evidence(nearest_of(stacked, nearest), valid, floor, reach, table)
+        mass, _, _ = shared_evidence(nearest_of(stacked, shares), valid, table)
         for name, row, values in zip(fresh, stacked, mass, strict=True):
             found[name] = row
             scores[name] = log_sum(values) + log_inclusion * int(row.sum())

@@ -13,6 +13,7 @@ from demospec.errors import InputError
 from demospec.frames import FloatArray
 from demospec.rules._clearance_distance import (
     Distance,
+    DensePaths,
     FlatPaths,
     nearest_approach,
     nearest_points,
@@ -70,6 +71,7 @@ class ClearanceRule:
         """
         stack = np.asarray(paths, dtype=np.float64)
         flat = FlatPaths.of(stack)
+        dense = DensePaths(flat)
         margin = np.full(len(flat), np.inf)
         point = np.zeros((len(flat), 2))
         first = np.zeros(len(flat), dtype=np.int64)
@@ -79,7 +81,7 @@ class ClearanceRule:
             if item.symbol not in self.value:
                 continue
             shape = shape_of(item, self.distance)
-            found, row, share = nearest_points(flat, shape)
+            found, row, share = nearest_points(dense, shape)
             found = found - self.value[item.symbol]
             closer = np.flatnonzero(found < margin)
             if not len(closer):

@@ -6,6 +6,7 @@ Pixel frame throughout. Signed distance is negative inside and zero on the rim.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -131,15 +132,28 @@ class Polygon:
             out[rows] = -out[rows]
         return out.reshape(p.shape[:-1])
 
+    @cached_property
+    def _edges(self) -> _Edges:
+        return _Edges(self.vertices)
+
     def _gap(self, p: FloatArray) -> FloatArray:
         """(m, 2) → (m,) distance to the nearest edge."""
-        a = self.vertices
-        ex, ey = (np.roll(a, -1, axis=0) - a).T
-        length2 = ex * ex + ey * ey
-        dx = p[:, 0, None] - a[None, :, 0]
-        dy = p[:, 1, None] - a[None, :, 1]
-        t = np.clip((dx * ex + dy * ey) / np.where(length2 > 0, length2, 1.0), 0.0, 1.0)
-        return np.asarray(np.sqrt(((dx - t * ex) ** 2 + (dy - t * ey) ** 2).min(axis=1)))
+        edges = self._edges
+        q = np.ones((len(p), 3))
+        q[:, :2] = p - edges.origin
+        # Squared distance to every edge, less |q|²: |a|² − 2 q·a + |e|² t (t − 2 t_free).
+        free = q @ edges.to_parameter
+        t = np.clip(free, 0.0, 1.0)
+        free *= -2.0
+        free += t
+        free *= t
+        free *= edges.length2
+        free += q @ edges.to_square
+        # That cancels digits, so it only picks the edge; the distance is measured afresh.
+        nearest = free.argmin(axis=1)
+        share = t[np.arange(len(p)), nearest, None]
+        gap = q[:, :2] - edges.first[nearest] - share * edges.along[nearest]
+        return np.asarray(np.hypot(gap[:, 0], gap[:, 1]))
 
     def _inside(self, p: FloatArray) -> NDArray[np.bool_]:
         """(m, 2) → (m,) even-odd rule: count the edges that a ray to the right crosses."""
@@ -155,6 +169,20 @@ class Polygon:
 
     def moved(self, by: ArrayLike) -> Polygon:
         return Polygon(self.vertices + np.asarray(by, dtype=np.float64))
+
+
+class _Edges:
+    """The edges of a polygon, about its middle, as matrices that act on [x, y, 1]."""
+
+    def __init__(self, vertices: FloatArray) -> None:
+        self.origin = (vertices.min(axis=0) + vertices.max(axis=0)) / 2
+        self.first = vertices - self.origin
+        self.along = np.roll(self.first, -1, axis=0) - self.first
+        self.length2 = (self.along**2).sum(axis=1)
+        per_length2 = 1.0 / np.where(self.length2 > 0, self.length2, 1.0)
+        offset = -(self.first * self.along).sum(axis=1)
+        self.to_parameter = np.vstack([self.along.T, offset]) * per_length2
+        self.to_square = np.vstack([-2.0 * self.first.T, (self.first**2).sum(axis=1)])
 
 
 def rectangle(x: float, y: float, width: float, height: float) -> Polygon:
