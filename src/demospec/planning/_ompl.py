@@ -95,7 +95,7 @@ def ompl_validity(info: Any, cost_map: CostMap) -> Any:
     ob, _, _ = _libraries()
     base: Any = ob.StateValidityChecker
 
-    class Outside(base):  # type: ignore[misc, valid-type]
+    class Outside(base):  # type: ignore[misc]
         def isValid(self, state: Any) -> bool:
             return bool(cost_map.margin(np.array([[state[0], state[1]]]))[0] >= 0)
 
@@ -107,7 +107,7 @@ def ompl_motion_validator(info: Any, cost_map: CostMap) -> Any:
     ob, _, _ = _libraries()
     base: Any = ob.MotionValidator
 
-    class Clear(base):  # type: ignore[misc, valid-type]
+    class Clear(base):  # type: ignore[misc]
         def checkMotion(self, first: Any, last: Any, *_: Any) -> bool:
             a = np.array([[first[0], first[1]]])
             b = np.array([[last[0], last[1]]])
@@ -124,7 +124,7 @@ def ompl_objective(info: Any, cost_map: CostMap) -> Any:
 
     base: Any = ob.OptimizationObjective
 
-    class Integral(base):  # type: ignore[misc, valid-type]
+    class Integral(base):  # type: ignore[misc]
         def stateCost(self, state: Any) -> Any:
             return ob.Cost(float(cost_map.cost(np.array([state[0], state[1]]))))
 

@@ -71,5 +71,5 @@ def clearance_zones(
             continue
         shape = item.outline if rule.distance == "footprint" else Disc(item.center, 0.0)
         keep, bounded = radius[item.symbol]
-        zones.append(Zone(item.id, item.symbol, shape, keep, bounded))
+        zones.append(Zone(item.id, item.symbol, shape, keep, bounded=bounded))
     return tuple(zones)
