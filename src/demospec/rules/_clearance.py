@@ -40,14 +40,15 @@ INCLUSION = 0.5
 """Prior odds that a class matters: few classes are preferred, each costs a factor of two."""
 
 EVERYTHING = 1.5
-"""As many named classes as "everything that a rejected demonstration came near" costs: more
-than one class, less than two."""
+"""As many named classes as "everything" costs: more than one class, less than two. So who
+keeps away from two classes is taken to keep away from all, unless a demonstration speaks
+against it; who keeps away from one, from that one."""
 
 SPREAD = 5.0
 SPREAD_FROM_CENTER = 15.0
 """Half of the prior mass of a clearance lies below this, in hundredths of the table."""
 
-SEPARATE = 0.2
+SEPARATE = 0.1
 """Prior probability that every class has a clearance of its own."""
 
 NOISES = ((0.75, 0.1), (1.5, 0.1), (3.0, 0.1))
@@ -197,9 +198,7 @@ def _posterior(
     best = int(score.argmax())
     weight = np.exp(mass[best] - mass[best].max())
     start = float(weight @ prior.clearance((low[best] + high[best]) / 2) / weight.sum())
-    # "Everything" is a short description too. A class that no rejected demonstration came as
-    # near to as the clearance is not part of it: nothing speaks for that one.
-    every = (d[~ok] < start).any(axis=0)
+    every = np.isfinite(d).any(axis=0)  # "everything" is a short description too
     row = np.flatnonzero((members == every).all(axis=1))
     if len(row) and every.sum() > EVERYTHING:
         bonus = log(INCLUSION) * (EVERYTHING - every.sum())
@@ -352,7 +351,7 @@ def _answer(
         undecided=tuple(
             n
             for k, n in enumerate(names)
-            if space.consistent and possible[k] and not required[k] and n not in uninformed
+            if space.consistent and possible[k] and not required[k] and np.isfinite(d[:, k]).any()
         ),
         consistent=space.consistent,
         contradicted=tuple(np.flatnonzero(wrong).tolist()),
