@@ -3,83 +3,128 @@
 from __future__ import annotations
 
 import itertools
+import math
 import time
 from collections.abc import Sequence
 from math import prod
+from typing import Any
 
 import numpy as np
 
-from demospec.rules._answer import InfluenceAnswer, Parameters
-from demospec.rules._domain import Component, tighten, whole_domain
+from demospec.rules._answer import InfluenceAnswer, Parameters, Status
+from demospec.rules._boxes import Rows, StepRows
+from demospec.rules._count import count_points, first_optimum
+from demospec.rules._domain import Component, Domain, tighten, whole_domain
 from demospec.rules._measure import IntArray
+from demospec.rules._search import (
+    FIRST_RADIUS,
+    LEAST_L,
+    LEAST_T,
+    MOST_L,
+    MOST_T,
+    NONE,
+    Found,
+    Search,
+    goals_of,
+)
 from demospec.rules._steps import StepProblem
 from demospec.rules._sweep import Slices, sweep
 
-SWEEP_CELLS = 60_000_000
-"""Largest number of (T_min, other radii) cells, times rows, that is swept."""
+SWEEP_CELLS = 20_000_000
+"""Largest number of cells, rows and T_min counted, that is swept rather than searched."""
+
+COUNT_BOXES = 50_000
+"""Boxes worked on before counting is given up."""
 
 
-def solve_swept(
-    steps: StepProblem, components: Sequence[Component], T: tuple[int, int], listed: int
-) -> InfluenceAnswer:
-    """The whole answer from swept components.
+def solve_exact(steps: StepProblem, listed: int, deadline: float) -> InfluenceAnswer:
+    """The whole answer, by sweep or by search.
 
     Args:
-        components: As `tighten` leaves them.
-        T: Least and greatest T_min left.
         listed: How many optima are listed.
+        deadline: On `time.monotonic`'s clock.
     """
-    problem = steps.problem
     assert steps.limit is not None
-    values = np.arange(T[0], T[1] + 1)
-    parts = [sweep(part, steps.limit, values, problem.bounds.T_object) for part in components]
-    return combine(steps, parts, values, listed)
+    domain = whole_domain(steps)
+    components = tighten(steps, domain, steps.limit)
+    if components is None:
+        return answer(steps, "infeasible", n_feasible=0)
+    if sweepable(components, domain):
+        return swept(steps, components, domain, listed)
+    return searched(steps, components, domain, listed, deadline)
+
+
+def answer(steps: StepProblem, status: Status, **fields: Any) -> InfluenceAnswer:
+    """An answer with everything that the problem itself gives."""
+    problem = steps.problem
+    fields.setdefault("engine", "exact")
+    return InfluenceAnswer(
+        status=status,
+        names=problem.parameters,
+        settings=problem.settings(),
+        seconds=0.0,
+        trajectory_ids=tuple(path.id for path in problem.trajectories),
+        **fields,
+    )
+
+
+def sweepable(components: Sequence[Component], domain: Domain) -> bool:
+    """Whether every component's grid is small enough to be swept."""
+    return all(_cells(part, domain) <= SWEEP_CELLS for part in components)
+
+
+def _cells(part: Component, domain: Domain) -> int:
+    width = np.sort(part.high - part.low + 1)[:-1]
+    cells = prod(int(w) for w in width)
+    return cells * (len(part.rows) + domain.T[1] - domain.T[0] + 1)
+
+
+def swept(
+    steps: StepProblem, components: Sequence[Component], domain: Domain, listed: int
+) -> InfluenceAnswer:
+    """The whole answer from swept components."""
+    assert steps.limit is not None
+    T = np.arange(domain.T[0], domain.T[1] + 1)
+    bounds = steps.problem.bounds.T_object
+    return combine(steps, [sweep(part, steps.limit, T, bounds) for part in components], T, listed)
 
 
 def combine(
     steps: StepProblem, parts: Sequence[Slices], T: IntArray, listed: int
 ) -> InfluenceAnswer:
     """Puts components together: for one T_min they do not know of each other."""
-    problem = steps.problem
-    names = problem.parameters
-    common = {
-        "names": names,
-        "settings": problem.settings(),
-        "engine": "exact",
-        "seconds": 0.0,
-        "trajectory_ids": tuple(path.id for path in problem.trajectories),
-    }
+    count = len(steps.problem.parameters)
     alive = np.ones(len(T), dtype=bool)
     for part in parts:
         alive &= part.count > 0
     if not alive.any():
-        return InfluenceAnswer(status="infeasible", n_feasible=0, **common)  # type: ignore[arg-type]
+        return answer(steps, "infeasible", n_feasible=0)
     at = np.flatnonzero(alive)
-    total = sum(prod(int(part.count[t]) for part in parts) for t in at)
-    offset = T * (1 - len(names))
-    least = offset + sum((part.least for part in parts), np.zeros(len(T), dtype=np.int64))
-    most = offset + sum((part.most for part in parts), np.zeros(len(T), dtype=np.int64))
+    zero = np.zeros(len(T), dtype=np.int64)
+    offset = T * (1 - count)
+    least = offset + sum((part.least for part in parts), zero)
+    most = offset + sum((part.most for part in parts), zero)
     L_min, L_max = int(least[at].min()), int(most[at].max())
     t_min = [int(t) for t in at if least[t] == L_min]
     t_max = [int(t) for t in at if most[t] == L_max][::-1]
-    radius: list[tuple[int, int]] = [(0, 0)] * len(names)
+    radius: list[tuple[int, int]] = [(0, 0)] * count
     for part in parts:
         for j, k in enumerate(part.component.parameters):
             radius[k] = (int(part.low[at, j].min()), int(part.high[at, j].max()))
-    optima_min = _listed(parts, T, t_min, False, listed, len(names))
-    optima_max = _listed(parts, T, t_max, True, listed, len(names))
-    return InfluenceAnswer(
-        status="optimal",
+    optima_min = _listed(parts, T, t_min, False, listed, count)
+    optima_max = _listed(parts, T, t_max, True, listed, count)
+    return answer(
+        steps,
+        "optimal",
         min=optima_min[0],
         max=optima_max[0],
-        n_feasible=total,
+        n_feasible=sum(prod(int(part.count[t]) for part in parts) for t in at),
         hull_T_min=(int(T[at[0]]), int(T[at[-1]])),
         hull_radius=tuple(radius),
         optima_min=optima_min,
         optima_max=optima_max,
         n_optima_min=sum(prod(int(part.n_least[t]) for part in parts) for t in t_min),
         n_optima_max=sum(prod(int(part.n_most[t]) for part in parts) for t in t_max),
-        **common,  # type: ignore[arg-type]
     )
 
 
@@ -105,27 +150,117 @@ def _listed(
     return tuple(rows)
 
 
-def solve_exact(steps: StepProblem, listed: int, deadline: float) -> InfluenceAnswer:
-    """The whole answer, by sweep or by search.
-
-    Args:
-        deadline: On `time.monotonic`'s clock.
-    """
-    problem = steps.problem
+def searched(
+    steps: StepProblem,
+    components: Sequence[Component],
+    domain: Domain,
+    listed: int,
+    deadline: float,
+) -> InfluenceAnswer:
+    """The whole answer by branch and bound over all components together."""
     assert steps.limit is not None
-    domain = whole_domain(steps)
-    components = tighten(steps, domain, steps.limit)
-    if components is None:
-        return InfluenceAnswer(
-            status="infeasible",
-            names=problem.parameters,
-            settings=problem.settings(),
-            engine="exact",
-            seconds=0.0,
-            n_feasible=0,
-            trajectory_ids=tuple(path.id for path in problem.trajectories),
+    rows = joined_rows(steps, components, domain)
+    return search_rows(steps, rows, domain, listed, deadline)
+
+
+def joined_rows(
+    steps: StepProblem, components: Sequence[Component], domain: Domain
+) -> StepRows:
+    """All rows left, over all parameters."""
+    assert steps.limit is not None
+    count = len(steps.problem.parameters)
+    width = int((domain.high - domain.low).max()) + 1
+    n = sum(len(part.rows) for part in components)
+    table = np.zeros((n, count, width), dtype=np.int64)
+    valid, closest = np.zeros(n, dtype=bool), np.zeros(n, dtype=np.int64)
+    at = 0
+    for part in components:
+        view = slice(at, at + len(part.rows))
+        for j, k in enumerate(part.parameters):
+            table[view, k, : part.table.shape[2]] = part.table[:, j]
+        valid[view], closest[view] = part.valid, part.closest
+        at += len(part.rows)
+    bounds = steps.problem.bounds.T_object
+    return StepRows(table, domain.low.copy(), valid, closest, steps.limit, bounds)
+
+
+def search_rows(
+    steps: StepProblem, rows: Rows, domain: Domain, listed: int, deadline: float
+) -> InfluenceAnswer:
+    """Optima, hull, ties and count of rows by branch and bound."""
+    T = (domain.T[0], domain.T[1])
+    q = len(domain.low)
+
+    def search_of(
+        T: tuple[int, int],
+        low: IntArray,
+        high: IntArray,
+        window: tuple[int, int] = (-int(NONE), int(NONE)),
+    ) -> Search:
+        return Search(rows, T, low, high, window)
+
+    found = search_of(T, domain.low, domain.high).values(goals_of(q), deadline)
+    if not found.any:
+        if found.proven:
+            return answer(steps, "infeasible", n_feasible=0)
+        return answer(steps, "timeout", bound=_bound(found, domain), hull_exact=False)
+    # From here on nothing lies outside the hull.
+    best = found.best
+    if found.proven:
+        T = (int(best[LEAST_T]), int(best[MOST_T]))
+        low, high = best[FIRST_RADIUS::2].copy(), best[FIRST_RADIUS + 1 :: 2].copy()
+    else:
+        low, high = domain.low, domain.high
+    fields: dict[str, Any] = {
+        "hull_T_min": (int(best[LEAST_T]), int(best[MOST_T])),
+        "hull_radius": tuple(
+            (int(a), int(b))
+            for a, b in zip(best[FIRST_RADIUS::2], best[FIRST_RADIUS + 1 :: 2], strict=True)
+        ),
+    }
+    if not found.proven:
+        return answer(
+            steps,
+            "timeout",
+            min=_thresholds(found.at[LEAST_L]),
+            max=_thresholds(found.at[MOST_L]),
+            bound=_bound(found, domain),
+            hull_exact=False,
+            **fields,
         )
-    return solve_swept(steps, components, (domain.T[0], domain.T[1]), listed)
+    for name, goal, largest in (("min", LEAST_L, False), ("max", MOST_L, True)):
+        L = int(best[goal])
+        first = first_optimum(search_of, T, low, high, L, largest, deadline)
+        search = search_of(T, low, high, (L, L))
+        ties, points = count_points(search, deadline, COUNT_BOXES, max(listed, 1))
+        canonical = found.at[goal] if first is None else first
+        rest = sorted(
+            (p for p in points if p != canonical),
+            key=lambda p: (-p[0] if largest else p[0], p[1:]),  # noqa: B023
+        )
+        optima = tuple(_thresholds(p) for p in [canonical, *rest][: max(listed, 1)])
+        fields[name] = optima[0]
+        fields[f"optima_{name}"] = optima
+        fields[f"n_optima_{name}"] = ties
+    fields["n_feasible"], _ = count_points(
+        search_of(T, low, high), deadline, COUNT_BOXES
+    )
+    return answer(steps, "optimal", **fields)
+
+
+def _thresholds(point: Sequence[int]) -> Parameters:
+    return (point[0], *(r - point[0] for r in point[1:]))
+
+
+def _bound(found: Found, domain: Domain) -> tuple[int, int]:
+    slope = len(domain.low) - 1
+    floor = int(domain.low.sum()) - slope * domain.T[1]
+    roof = int(domain.high.sum()) - slope * domain.T[0]
+    return max(found.floor, floor), min(found.roof, roof)
+
+
+def no_deadline() -> float:
+    return math.inf
 
 
 def now() -> float:
