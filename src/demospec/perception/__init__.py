@@ -1,1 +1,65 @@
-"""The perception room."""
+"""Perception: the pretrained body, distance maps, slots, detection.
+
+Result types load at once; whatever needs torch loads on first use.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+from demospec.perception._results import Sight, Slot, read_map
+from demospec.perception._things import KINDS
+
+if TYPE_CHECKING:
+    from demospec.perception._body import Body, BodySize
+    from demospec.perception._detect import Detection, detect_objects, detect_set
+    from demospec.perception._looks import SymbolHead
+    from demospec.perception._pictures import make_picture
+    from demospec.perception._pretrain import PretrainSettings, pretrain
+    from demospec.perception._sight import canonical_grid, look
+    from demospec.perception._weights import SHIPPED, load_body, recipe_of
+
+__all__ = [
+    "KINDS",
+    "SHIPPED",
+    "Body",
+    "BodySize",
+    "Detection",
+    "PretrainSettings",
+    "Sight",
+    "Slot",
+    "SymbolHead",
+    "canonical_grid",
+    "detect_objects",
+    "detect_set",
+    "load_body",
+    "look",
+    "make_picture",
+    "pretrain",
+    "read_map",
+    "recipe_of",
+]
+
+_HOME = {
+    "SHIPPED": "_weights",
+    "Body": "_body",
+    "BodySize": "_body",
+    "Detection": "_detect",
+    "PretrainSettings": "_pretrain",
+    "SymbolHead": "_looks",
+    "canonical_grid": "_sight",
+    "detect_objects": "_detect",
+    "detect_set": "_detect",
+    "load_body": "_weights",
+    "look": "_sight",
+    "make_picture": "_pictures",
+    "pretrain": "_pretrain",
+    "recipe_of": "_weights",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(importlib.import_module(f"{__name__}.{_HOME[name]}"), name)

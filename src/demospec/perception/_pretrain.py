@@ -1,0 +1,247 @@
+"""The recipe that makes the body: generated pictures in, weights out. Seeded, no labels.
+
+Differs from common practice in one place only: each picture is generated once, kept in a pool
+and seen a few times turned, mirrored and recoloured, which costs the answers nothing.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from concurrent.futures import Future, ProcessPoolExecutor
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+from torch.nn import functional
+
+from demospec.errors import InputError
+from demospec.perception._backgrounds import NoiseBank
+from demospec.perception._body import Body, BodySize
+from demospec.perception._pictures import make_picture
+from demospec.perception._weights import save_body
+from demospec.progress import Progress, silent
+
+
+@dataclass(frozen=True)
+class PretrainSettings:
+    """The recipe.
+
+    Args:
+        steps: Optimiser steps, ≥ 1.
+        batch: Pictures a step.
+        seed: Everything random follows from it; the result does not depend on `workers`.
+        reuse: How often a generated picture is seen on average.
+        pool: Pictures kept.
+        size_px: Side of the pictures.
+        lr: Peak learning rate of AdamW (one cycle).
+        average: Decay of the running average of the weights that is saved.
+        workers: Processes that paint pictures beside the training; 0 paints in between.
+        bfloat16: Train in bfloat16 (saved weights and inference are float32/float16).
+        body: Channels.
+    """
+
+    steps: int = 11_000
+    batch: int = 16
+    seed: int = 0
+    reuse: float = 5.0
+    pool: int = 3000
+    size_px: int = 100
+    lr: float = 2.5e-3
+    average: float = 0.998
+    workers: int = 0
+    bfloat16: bool = True
+    body: BodySize = field(default_factory=BodySize)
+
+    def __post_init__(self) -> None:
+        for name in ("steps", "batch", "pool", "size_px"):
+            if getattr(self, name) < 1:
+                raise InputError("at least 1", getattr(self, name), field=name)
+
+
+Chunk = tuple[NDArray[np.uint8], NDArray[np.float16]]
+
+
+def paint(seed: int, first: int, count: int, size_px: int) -> Chunk:
+    """Pictures number first … first + count − 1 of a seed: (n, s, s, 3) and (n, 7, s, s)."""
+    bank = _bank(seed)
+    pictures = np.empty((count, size_px, size_px, 3), np.uint8)
+    planes = np.empty((count, 7, size_px, size_px), np.float16)
+    for i in range(count):
+        rng = np.random.default_rng([seed, first + i])
+        pictures[i], planes[i] = make_picture(rng, bank, size_px)
+    return pictures, planes
+
+
+_BANKS: dict[int, NoiseBank] = {}
+
+
+def _bank(seed: int) -> NoiseBank:
+    if seed not in _BANKS:
+        _BANKS[seed] = NoiseBank.make(np.random.default_rng([seed, 2**31]))
+    return _BANKS[seed]
+
+
+def _chunks(settings: PretrainSettings, size: int) -> Iterator[Chunk]:
+    """Endless chunks in order, painted ahead by worker processes where there are any."""
+    number = 0
+    if settings.workers == 0:
+        while True:
+            yield paint(settings.seed, number * size, size, settings.size_px)
+            number += 1
+    import multiprocessing
+
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(settings.workers, mp_context=context) as workers:
+        ahead: list[Future[Chunk]] = []
+        while True:
+            while len(ahead) < 3 * settings.workers:
+                ahead.append(
+                    workers.submit(paint, settings.seed, number * size, size, settings.size_px)
+                )
+                number += 1
+            yield ahead.pop(0).result()
+
+
+def recolour(pictures: Tensor, generator: torch.Generator) -> Tensor:
+    """Random exposure, colour cast, tone curve, channel order and noise; (n, 3, h, w)."""
+    n = len(pictures)
+
+    def uniform(low: float, high: float, *shape: int) -> Tensor:
+        return low + (high - low) * torch.rand(n, *shape, generator=generator)
+
+    out = pictures
+    order = torch.stack([torch.randperm(3, generator=generator) for _ in range(n)])
+    keep = torch.rand(n, generator=generator) < 0.6
+    order[keep] = torch.arange(3)
+    out = out[torch.arange(n)[:, None], order]
+    out = out * uniform(0.7, 1.25, 1, 1, 1) * uniform(0.9, 1.1, 3, 1, 1)
+    out = out + uniform(-0.06, 0.06, 3, 1, 1)
+    out = out.clamp(0, 1) ** uniform(0.7, 1.4, 1, 1, 1)
+    grey = out.mean(1, keepdim=True)
+    out = grey + (out - grey) * uniform(0.3, 1.2, 1, 1, 1)
+    noise = uniform(-0.03, 0.02, 1, 1, 1).clamp(min=0)
+    return (out + noise * torch.randn(out.shape, generator=generator)).clamp(0, 1)
+
+
+def turned(planes: Tensor, turn: int) -> Tensor:
+    """One of the eight symmetries of the square on (…, s, s)."""
+    out = torch.rot90(planes, turn % 4, (-2, -1))
+    return out.flip(-1) if turn >= 4 else out
+
+
+def answers_loss(answers: Tensor, planes: Tensor) -> tuple[Tensor, dict[str, float]]:
+    """Weighted sum of what each answer misses; planes as in `CHANNELS`."""
+    distance = planes[:, 0]
+    weight = 1.0 / (1.0 + distance.abs() / 3.0)
+    miss = (answers[:, 0] - distance).abs()
+    far = (weight * miss).mean() / weight.mean()
+    kind = planes[:, 5].long()
+    inside = kind >= 0
+    count = inside.sum().clamp(min=1)
+    mask = inside.float()
+    thickness = (mask * (answers[:, 1] - planes[:, 1]).abs()).sum() / count
+    height = (mask * (answers[:, 4] - planes[:, 4]).abs()).sum() / count
+    clear = functional.binary_cross_entropy_with_logits(answers[:, 2], planes[:, 2], reduction="none")
+    filled = functional.binary_cross_entropy_with_logits(answers[:, 3], planes[:, 3], reduction="none")
+    clear, filled = (mask * clear).sum() / count, (mask * filled).sum() / count
+    which = functional.cross_entropy(answers[:, 5:], kind, ignore_index=-1, reduction="sum") / count
+    loss = far + 0.15 * thickness + 0.1 * clear + 0.1 * filled + 0.15 * height + 0.12 * which
+    near = (distance.abs() < 6).float()
+    shown = {
+        "near": float((near * miss).sum().detach() / near.sum().clamp(min=1)),
+        "kind": float(which.detach()),
+        "clear": float(clear.detach()),
+    }
+    return loss, shown
+
+
+def pretrain(
+    out: Path,
+    settings: PretrainSettings,
+    *,
+    command: str = "",
+    progress: Progress = silent,
+    checkpoint_s: float = 180.0,
+) -> dict[str, Any]:
+    """Trains a body and writes it; returns the recipe that is saved beside the weights.
+
+    Args:
+        out: ``….safetensors``; the recipe goes into its metadata and into ``….json``.
+        settings: The recipe.
+        command: The command that ran it, for the record.
+        progress: Told after every step.
+        checkpoint_s: Seconds between intermediate weights (same file, whole at any time).
+    """
+    torch.manual_seed(settings.seed)
+    generator = torch.Generator().manual_seed(settings.seed)
+    body = Body(settings.body).to(memory_format=torch.channels_last)
+    average = {k: v.clone() for k, v in body.state_dict().items()}
+    decay = [p for p in body.parameters() if p.ndim > 1]
+    plain = [p for p in body.parameters() if p.ndim <= 1]
+    groups: list[dict[str, Any]] = [{"params": decay, "weight_decay": 1e-3},
+                                    {"params": plain, "weight_decay": 0.0}]  # fmt: skip
+    optimizer = torch.optim.AdamW(groups, lr=settings.lr)
+    schedule = torch.optim.lr_scheduler.OneCycleLR(
+        optimizer, settings.lr, total_steps=settings.steps, pct_start=0.08, final_div_factor=200
+    )
+    size = 32
+    chunks = _chunks(settings, size)
+    first_fill = min(settings.pool, max(settings.batch * 8, 256))
+    pool_x = torch.empty((settings.pool, 3, settings.size_px, settings.size_px), dtype=torch.uint8)
+    pool_y = torch.empty((settings.pool, 7, settings.size_px, settings.size_px), dtype=torch.float16)
+    filled, at, owed = 0, 0, float(first_fill)
+    shown: dict[str, float] = {}
+    began = saved = time.monotonic()
+    for step in range(settings.steps):
+        while owed > 0:
+            pictures, planes = next(chunks)
+            where = torch.from_numpy((at + np.arange(len(pictures))) % settings.pool)
+            pool_x[where] = torch.from_numpy(pictures).permute(0, 3, 1, 2)
+            pool_y[where] = torch.from_numpy(planes)
+            at = (at + len(pictures)) % settings.pool
+            filled = min(settings.pool, filled + len(pictures))
+            owed -= len(pictures)
+        owed += settings.batch / settings.reuse
+        chosen = torch.randint(filled, (settings.batch,), generator=generator)
+        turn = int(torch.randint(8, (1,), generator=generator))
+        x = recolour(turned(pool_x[chosen], turn).float() / 255.0, generator)
+        y = turned(pool_y[chosen], turn).float()
+        body.train()
+        x = x.contiguous(memory_format=torch.channels_last)
+        with torch.autocast("cpu", torch.bfloat16, enabled=settings.bfloat16):
+            answers, _, _ = body(x)
+        loss, parts = answers_loss(answers.float(), y)
+        optimizer.zero_grad(set_to_none=True)
+        loss.backward()  # type: ignore[no-untyped-call]
+        torch.nn.utils.clip_grad_norm_(body.parameters(), 2.0)
+        optimizer.step()
+        schedule.step()
+        share = min(settings.average, (1 + step) / (10 + step))
+        for key, value in body.state_dict().items():
+            if value.dtype.is_floating_point:
+                average[key].lerp_(value, 1 - share)
+            else:
+                average[key].copy_(value)
+        for key, number in parts.items():
+            shown[key] = 0.98 * shown.get(key, number) + 0.02 * number
+        progress("pretraining", step + 1, settings.steps)
+        done = step + 1 == settings.steps
+        if done or time.monotonic() - saved > checkpoint_s:
+            saved = time.monotonic()
+            recipe = {
+                "settings": asdict(settings),
+                "command": command,
+                "steps_done": step + 1,
+                "seconds": round(saved - began),
+                "training_error": {k: round(v, 4) for k, v in shown.items()},
+                "torch": torch.__version__,
+            }
+            smooth = Body(settings.body)
+            smooth.load_state_dict(average)
+            save_body(out, smooth, recipe)
+    return recipe

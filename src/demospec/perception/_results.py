@@ -1,0 +1,101 @@
+"""What perception hands over: maps of a picture and the slots (things) in it. NumPy only."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from demospec.frames import FloatArray
+
+Float32Array = NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class Slot:
+    """One thing that the body sees: a connected part of predicted distance below zero.
+
+    Lengths and places are in the picture's own pixels.
+
+    Args:
+        center: Centre of area.
+        bbox: (x, y, width, height).
+        polygon: (k, 2) outline at sub-pixel places.
+        area_px2: Area.
+        thickness_px: Twice the largest inner distance.
+        elongation: Length of the longer principal axis over the shorter, ≥ 1.
+        clear: Mean probability that one sees through it.
+        confidence: In (0, 1): how sure the body is that a thing is there (not what it is).
+        kind: Generic word for what it looks like.
+        kinds: Probability of every generic word, in the order of `KINDS`.
+        looks: Features for telling symbols apart, see `LOOKS`.
+        distance: (h, w) signed distance to this slot alone on the body's grid, in the
+            picture's pixels.
+        touches_edge: Whether it is cut by the picture's edge.
+    """
+
+    center: tuple[float, float]
+    bbox: tuple[float, float, float, float]
+    polygon: FloatArray
+    area_px2: float
+    thickness_px: float
+    elongation: float
+    clear: float
+    confidence: float
+    kind: str
+    kinds: FloatArray
+    looks: Float32Array
+    distance: Float32Array
+    touches_edge: bool
+
+
+@dataclass(frozen=True)
+class Sight:
+    """One picture, looked at once.
+
+    Args:
+        size_px: (width, height) of the picture.
+        grid: (width, height) of the maps.
+        distance: (h, w) signed distance to the nearest thing, the picture's pixels.
+        answers: (12, h, w) raw answers of the body at canonical scale.
+        features: (c, h', w') features at half the grid's resolution.
+        context: (c', h'', w'') features at an eighth of it.
+        slots: The things.
+    """
+
+    size_px: tuple[int, int]
+    grid: tuple[int, int]
+    distance: Float32Array
+    answers: Float32Array
+    features: Float32Array
+    context: Float32Array
+    slots: tuple[Slot, ...]
+
+    @property
+    def per_pixel(self) -> float:
+        """Picture pixels per pixel of the maps (geometric mean of both axes)."""
+        return float(np.sqrt(self.size_px[0] / self.grid[0] * self.size_px[1] / self.grid[1]))
+
+    def distance_at(self, points_px: ArrayLike) -> FloatArray:
+        """(…, 2) picture pixels → (…) signed distance to the nearest thing, bilinear."""
+        return read_map(self.distance, points_px, self.size_px)
+
+
+def read_map(values: NDArray[np.floating], points_px: ArrayLike, size_px: tuple[int, int]) -> FloatArray:
+    """Reads an (h, w) map over a picture of `size_px` at points (…, 2), bilinear.
+
+    Map pixel (i, j) is centred at ((i + ½)·width/w, (j + ½)·height/h); beyond the outer
+    centres the map continues flat.
+    """
+    p = np.asarray(points_px, dtype=np.float64)
+    height, width = values.shape
+    u = np.clip(p[..., 0] * (width / size_px[0]) - 0.5, 0.0, width - 1.0)
+    v = np.clip(p[..., 1] * (height / size_px[1]) - 0.5, 0.0, height - 1.0)
+    i = np.minimum(u.astype(np.int64), max(width - 2, 0))
+    j = np.minimum(v.astype(np.int64), max(height - 2, 0))
+    i1, j1 = np.minimum(i + 1, width - 1), np.minimum(j + 1, height - 1)
+    fu, fv = u - i, v - j
+    top = values[j, i] * (1 - fu) + values[j, i1] * fu
+    low = values[j1, i] * (1 - fu) + values[j1, i1] * fu
+    return np.asarray(top * (1 - fv) + low * fv, dtype=np.float64)

@@ -1,0 +1,102 @@
+"""Looking at a picture: to canonical scale, through the body, back to the picture's pixels."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from demospec.perception._results import Float32Array, Sight
+from demospec.perception._slots import find_slots
+from demospec.perception._weights import load_body
+from demospec.scene import Image
+
+if TYPE_CHECKING:
+    from demospec.perception._body import Body
+
+CANONICAL_PX = 100.0
+"""The body was pretrained on tables about this many pixels wide."""
+
+LEAST_PX = 24
+
+TURNS = (0, 5, 2, 7)
+"""Symmetries of the square whose answers are averaged (numbers as in `turned_array`)."""
+
+
+def canonical_grid(size_px: tuple[int, int], scale: float | None = None) -> tuple[int, int]:
+    """(width, height) of the maps; `scale` in map pixels per picture pixel.
+
+    By default the longer side becomes `CANONICAL_PX`.
+    """
+    factor = CANONICAL_PX / max(size_px) if scale is None else scale
+    width, height = (max(LEAST_PX, min(1200, round(side * factor))) for side in size_px)
+    return width, height
+
+
+def to_grid(pixels: Image, grid: tuple[int, int]) -> Float32Array:
+    """(h, w, 3) uint8 → (3, grid) in [0, 1], area-weighted where it shrinks."""
+    if (pixels.shape[1], pixels.shape[0]) != grid:
+        import PIL.Image
+
+        shrinks = pixels.shape[1] > grid[0]
+        how = PIL.Image.Resampling.BOX if shrinks else PIL.Image.Resampling.BICUBIC
+        pixels = np.asarray(PIL.Image.fromarray(pixels).resize(grid, how))
+    return np.ascontiguousarray(pixels.transpose(2, 0, 1), dtype=np.float32) / np.float32(255)
+
+
+def turned_array(values: NDArray[Any], turn: int) -> NDArray[Any]:
+    """Symmetry 0…7 of the square on (…, h, w): quarter turns, then mirrored from 4 on."""
+    out = np.rot90(values, turn % 4, (-2, -1))
+    return out[..., ::-1] if turn >= 4 else out
+
+
+def turned_back(values: NDArray[Any], turn: int) -> NDArray[Any]:
+    """Inverse of `turned_array`."""
+    out = values[..., ::-1] if turn >= 4 else values
+    return np.rot90(out, -(turn % 4), (-2, -1))
+
+
+def run_body(body: Body, planes: Float32Array) -> tuple[Float32Array, Float32Array, Float32Array]:
+    """(n, 3, h, w) → answers, features, context as NumPy arrays."""
+    import torch
+
+    with torch.inference_mode():
+        x = torch.from_numpy(np.ascontiguousarray(planes))
+        answers, features, context = body(x.contiguous(memory_format=torch.channels_last))
+    return answers.numpy(), features.numpy(), context.numpy()
+
+
+def look(
+    pixels: Image,
+    *,
+    body: Body | None = None,
+    scale: float | None = None,
+    turns: tuple[int, ...] = TURNS,
+) -> Sight:
+    """Looks at a picture once: distance everywhere, and the things in it.
+
+    Args:
+        pixels: (h, w, 3) uint8, any size.
+        body: The shipped one by default.
+        scale: Map pixels per picture pixel; by default the longer side becomes 100.
+        turns: Symmetries whose distances are averaged; the first gives the features.
+
+    Raises:
+        InputError: The weights cannot be read.
+        MissingExtraError: torch is absent.
+    """
+    body = load_body() if body is None else body
+    size = (pixels.shape[1], pixels.shape[0])
+    grid = canonical_grid(size, scale)
+    planes = to_grid(pixels, grid)
+    answers, features, context = run_body(body, planes[None])
+    total = answers[0].copy()
+    others = [turn for turn in turns if turn != 0]
+    for turn in others:
+        more, _, _ = run_body(body, turned_array(planes, turn)[None])
+        total += turned_back(more[0], turn)
+    total /= 1 + len(others)
+    per_pixel = float(np.sqrt(size[0] / grid[0] * size[1] / grid[1]))
+    slots = find_slots(total, features[0], context[0], planes, size)
+    return Sight(size, grid, total[0] * np.float32(per_pixel), total, features[0], context[0], slots)

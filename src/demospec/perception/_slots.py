@@ -1,0 +1,149 @@
+"""Slots: connected parts of predicted distance below zero, measured one by one."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from demospec.frames import FloatArray
+from demospec.perception._results import Float32Array, Slot
+from demospec.perception._shapes import distance_from_level
+from demospec.perception._things import KINDS
+
+LEAST_AREA = 6.0
+"""Smaller parts (map pixels²) are specks."""
+
+LEAST_DEPTH = 0.35
+"""Parts that are nowhere deeper than this (map pixels) are not things."""
+
+_JOIN = 1.2  # parts whose rims come this close (map pixels) and look alike are one thing
+
+
+def find_slots(
+    answers: Float32Array,
+    features: Float32Array,
+    context: Float32Array,
+    planes: Float32Array,
+    size_px: tuple[int, int],
+) -> tuple[Slot, ...]:
+    """The things in one picture, largest first.
+
+    Args:
+        answers: (12, h, w) of the body, canonical scale.
+        features: (c, h', w') of the padded picture at half resolution.
+        context: (c', h'', w'') at an eighth.
+        planes: (3, h, w) the picture, [0, 1].
+        size_px: (width, height) of the picture itself.
+    """
+    from scipy.ndimage import distance_transform_edt, label
+
+    distance = answers[0]
+    parts, count = label(distance < 0, structure=np.ones((3, 3)))
+    keep = []
+    for number in range(1, count + 1):
+        mask = parts == number
+        if mask.sum() >= LEAST_AREA and -distance[mask].min() >= LEAST_DEPTH:
+            keep.append(mask)
+    if not keep:
+        return ()
+    keep.sort(key=lambda mask: -int(mask.sum()))
+    owner = np.zeros(distance.shape, np.int32)
+    for number, mask in enumerate(keep, 1):
+        owner[mask] = number
+    nearest = distance_transform_edt(owner == 0, return_distances=False, return_indices=True)
+    owner = owner[nearest[0], nearest[1]]
+    wide = _to_full(features, distance.shape)
+    deep = _to_full(context, distance.shape)
+    return tuple(
+        _measured(mask, owner == number, answers, wide, deep, planes, size_px)
+        for number, mask in enumerate(keep, 1)
+    )
+
+
+def _to_full(features: Float32Array, shape: tuple[int, ...]) -> Float32Array:
+    """Features of the padded picture, nearest, cut to the picture."""
+    height, width = shape
+    padded_h, padded_w = height + -height % 8, width + -width % 8
+    step = padded_h // features.shape[1]
+    top, left = (-height % 8) // 2, (-width % 8) // 2
+    rows = (np.arange(height) + top) // step
+    columns = (np.arange(width) + left) // (padded_w // features.shape[2])
+    return features[:, rows][:, :, columns]
+
+
+def _measured(
+    mask: NDArray[np.bool_],
+    cell: NDArray[np.bool_],
+    answers: Float32Array,
+    features: Float32Array,
+    context: Float32Array,
+    planes: Float32Array,
+    size_px: tuple[int, int],
+) -> Slot:
+    height, width = mask.shape
+    sx, sy = size_px[0] / width, size_px[1] / height
+    unit = float(np.sqrt(sx * sy))
+    rows, columns = np.nonzero(mask)
+    x, y = columns + 0.5, rows + 0.5
+    # Rim pixels count with the share that lies inside.
+    share = np.clip(0.5 - answers[0][mask], 0.0, 1.0)
+    total = share.sum()
+    cx, cy = float((x * share).sum() / total), float((y * share).sum() / total)
+    spread = np.cov(np.stack([x, y]), aweights=share, bias=True) + np.eye(2) / 12
+    minor, major = np.sqrt(np.maximum(np.linalg.eigvalsh(spread), 1e-3))
+    level = np.where(cell, answers[0], np.maximum(answers[0], 1.0)).astype(np.float32)
+    own = distance_from_level(level)
+    outline = _outline(np.where(cell, answers[0], np.float32(1.0)))
+    scaled = outline * np.array([sx, sy])
+    low, high = scaled.min(axis=0), scaled.max(axis=0)
+    depth = float(-answers[0][mask].min())
+    inside = answers[:, mask]
+    kinds = np.exp(inside[5:] - inside[5:].max(axis=0))
+    kinds = (kinds / kinds.sum(axis=0)).mean(axis=1).astype(np.float64)
+    clear = float((1 / (1 + np.exp(-inside[2]))).mean())
+    edge = bool(mask[0].any() or mask[-1].any() or mask[:, 0].any() or mask[:, -1].any())
+    thickness = 2 * depth
+    elongation = float(major / minor)
+    shape = [
+        np.log(total), np.log(thickness), np.log(elongation), np.log(major), np.log(minor),
+        total / (16 * major * minor) * 4 / np.pi * np.pi, depth / minor,
+    ]  # fmt: skip
+    colour = planes[:, mask]
+    around = (own > 0.8) & (own < 3.5)
+    table = planes[:, around].mean(axis=1) if around.any() else colour.mean(axis=1)
+    paint = [*colour.mean(axis=1), *colour.std(axis=1), *(colour.mean(axis=1) - table)]
+    named = [*inside[1:5].mean(axis=1), *np.log(kinds + 1e-3)]
+    looks = np.concatenate(
+        [shape, named, paint, features[:, mask].mean(axis=1), features[:, mask].std(axis=1),
+         context[:, mask].mean(axis=1)]
+    )  # fmt: skip
+    return Slot(
+        center=(cx * sx, cy * sy),
+        bbox=(float(low[0]), float(low[1]), float(high[0] - low[0]), float(high[1] - low[1])),
+        polygon=scaled,
+        area_px2=float(total) * sx * sy,
+        thickness_px=thickness * unit,
+        elongation=elongation,
+        clear=clear,
+        confidence=float(1 - np.exp(-depth * np.sqrt(total) / 6.0)),
+        kind=KINDS[int(kinds.argmax())],
+        kinds=kinds,
+        looks=looks.astype(np.float32),
+        distance=own * np.float32(unit),
+        touches_edge=edge,
+    )
+
+
+def _outline(level: Float32Array) -> FloatArray:
+    """The longest zero contour, (k, 2) in map pixels, closed along the picture's edge."""
+    from skimage.measure import approximate_polygon, find_contours
+
+    padded = np.pad(level, 1, constant_values=1.0)
+    contours = find_contours(padded, 0.0)
+    longest = max(contours, key=len)
+    simple = approximate_polygon(longest, 0.15)
+    if len(simple) < 4:
+        simple = longest
+    points = simple[:-1, ::-1] - 0.5
+    height, width = level.shape
+    return np.asarray(np.clip(points, 0.0, [width, height]), dtype=np.float64)
