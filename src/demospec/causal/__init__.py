@@ -5,8 +5,10 @@ tests with Holm's correction, a minimum effect, and words. No network classes in
 """
 
 from demospec.causal._estimate import estimate
-from demospec.causal._find import editor_for, find_causes, own_paths, run_trials
+from demospec.causal._find import editor_for, find_causes, run_trials
+from demospec.causal._find_in_set import trials_of_set
 from demospec.causal._interventions import Editor, ListEditor, Thing
+from demospec.causal._picture_editor import PictureEditor
 from demospec.causal._results import (
     CausalFindings,
     Estimate,
@@ -23,6 +25,7 @@ __all__ = [
     "Editor",
     "Estimate",
     "ListEditor",
+    "PictureEditor",
     "Placebo",
     "Settings",
     "SymbolEffect",
@@ -35,10 +38,10 @@ __all__ = [
     "find_causes",
     "holm",
     "mean_interval",
-    "own_paths",
     "run_trials",
     "sign_flip_p",
     "smallest_p",
     "to_arrow",
+    "trials_of_set",
     "write_trials",
 ]

@@ -69,19 +69,20 @@ def estimate(table: TrialTable, settings: Settings) -> CausalFindings:
 
 def _family(table: TrialTable, keys: list[Key], settings: Settings) -> list[SymbolEffect]:
     """One family of tests: every type × every (symbol, onto) of one kind."""
-    raw: list[tuple[str, Key, FloatArray, float]] = []
+    raw: list[tuple[str, Key, FloatArray, float, float]] = []
     for key in keys:
-        effect, changed = table.scene_differences(*key)
+        effect, changed, before = table.scene_differences(*key)
         for k, type_ in enumerate(table.types):
             share = float(changed[k].mean()) if changed.shape[1] else float("nan")
-            raw.append((type_, key, effect[k], share))
+            base = float(before[k].mean()) if before.shape[1] else float("nan")
+            raw.append((type_, key, effect[k], share, base))
     # Types first, so that a table reads like the paper's, row by row.
     raw.sort(key=lambda item: table.types.index(item[0]))
-    tested = [i for i, (_, _, d, _) in enumerate(raw) if len(d) >= 2]
+    tested = [i for i, (_, _, d, _, _) in enumerate(raw) if len(d) >= 2]
     p = {i: sign_flip_p(raw[i][2], seed=settings.seed) for i in tested}
     corrected = dict(zip(tested, holm([p[i] for i in tested]), strict=True))
     cells = []
-    for i, (type_, (kind, symbol, onto), d, share) in enumerate(raw):
+    for i, (type_, (kind, symbol, onto), d, share, base) in enumerate(raw):
         mean = float(d.mean()) if len(d) else float("nan")
         interval = _interval(d, settings, key=(type_, kind, symbol, onto or ""))
         causal = _claim(mean, corrected.get(i), settings)
@@ -90,6 +91,7 @@ def _family(table: TrialTable, keys: list[Key], settings: Settings) -> list[Symb
                 type=type_,
                 symbol=symbol,
                 effect=mean,
+                after=base + mean,
                 interval=interval,
                 p=p.get(i),
                 p_corrected=corrected.get(i),
@@ -173,7 +175,7 @@ def _types(table: TrialTable, settings: Settings) -> list[TypeEffect]:
 
 
 def _placebo(table: TrialTable, settings: Settings) -> list[Placebo]:
-    effect, changed = table.scene_differences("placebo", "")
+    effect, changed, _ = table.scene_differences("placebo", "")
     out = []
     for k, type_ in enumerate(table.types):
         d = effect[k]

@@ -24,7 +24,7 @@ from demospec.causal._places import (
 )
 from demospec.causal._results import CausalFindings, Settings
 from demospec.causal._trials import Trial, TrialTable
-from demospec.demonstrations import Paths, ValidityModel, fit_bezier, resample
+from demospec.demonstrations import Paths, ValidityModel, fit_bezier
 from demospec.errors import CannotJudgeError, InputError
 from demospec.frames import FloatArray
 from demospec.progress import Progress, silent
@@ -32,6 +32,8 @@ from demospec.scene import Scene
 
 CLEAR_ENDS = 0.08
 """Least distance from what is added to start and goal, as a share of the region's width."""
+GAP = 0.02
+"""Least distance between what is added and every other object, as a share of that width."""
 
 
 def find_causes(
@@ -86,15 +88,21 @@ def run_trials(
     settings: Settings | None = None,
     editor: Editor | None = None,
     paths: Mapping[str, Sequence[FloatArray]] | None = None,
+    skip_absent: bool = False,
     progress: Progress = silent,
 ) -> TrialTable:
-    """The interventions themselves; `find_causes` estimates from their table."""
+    """The interventions themselves; `find_causes` estimates from their table.
+
+    Args:
+        skip_absent: Symbols for which there is nothing to add are left out and named in the
+            table's `skipped`, instead of refused.
+    """
     settings = settings or Settings()
     chosen_types = _types(model, types)
     if not scenes:
         raise InputError("at least one scene", "none", field="scenes")
     hands = editor if editor is not None else editor_for(scenes)
-    wanted, skipped = _symbols(scenes, symbols, hands)
+    wanted, skipped = _symbols(scenes, symbols, hands, skip_absent)
     run = _Run(model, hands, chosen_types, wanted, settings, region_of(scenes), paths)
     refused: list[tuple[Scene, CannotJudgeError]] = []
     for i, scene in enumerate(scenes):
@@ -128,13 +136,6 @@ def editor_for(
     )
 
 
-def own_paths(
-    demonstrations: Mapping[str, Sequence[FloatArray]], n: int, points: int = 64
-) -> dict[str, list[FloatArray]]:
-    """Up to n of each scene's own demonstrations, resampled, as `paths` of `find_causes`."""
-    return {k: [resample(p[:, :2], points) for p in v[:n]] for k, v in demonstrations.items()}
-
-
 def _types(model: ValidityModel, types: Sequence[str] | None) -> tuple[str, ...]:
     if types is None:
         return tuple(model.types)
@@ -148,7 +149,7 @@ def _types(model: ValidityModel, types: Sequence[str] | None) -> tuple[str, ...]
 
 
 def _symbols(
-    scenes: Sequence[Scene], symbols: Sequence[str] | None, editor: Editor
+    scenes: Sequence[Scene], symbols: Sequence[str] | None, editor: Editor, skip_absent: bool
 ) -> tuple[tuple[str, ...], dict[str, str]]:
     """The symbols that can be added, and why others cannot."""
     present = tuple(dict.fromkeys(o.symbol for s in scenes for o in s.objects or ()))
@@ -159,9 +160,10 @@ def _symbols(
     skipped = {
         s: "it occurs in no scene, and no catalogue has it" for s in wanted if not editor.things(s)
     }
-    if len(skipped) == len(wanted):
+    if skipped and (not skip_absent or len(skipped) == len(wanted)):
         known = ", ".join(present) or "none"
-        raise InputError(f"a symbol that occurs ({known})", wanted[0], field="symbol")
+        expected = f"a symbol that a scene or the catalogue has (the scenes: {known})"
+        raise InputError(expected, next(iter(skipped)), field="symbols")
     return tuple(s for s in wanted if s not in skipped), skipped
 
 
@@ -245,11 +247,18 @@ class _Run:
         without: Sequence[str] = (),
         n: int | None = None,
     ) -> FloatArray:
+        width = area.high[0] - area.low[0]
         clear = self.settings.clear_ends_px
-        if clear is None:
-            clear = CLEAR_ENDS * (area.high[0] - area.low[0])
-        n = self.settings.placements if n is None else n
-        return free_spots(listed, area, radius, n, rng, clear_ends_px=clear, without=without)
+        return free_spots(
+            listed,
+            area,
+            radius,
+            self.settings.placements if n is None else n,
+            rng,
+            clear_ends_px=CLEAR_ENDS * width if clear is None else clear,
+            gap_px=GAP * width,
+            without=without,
+        )
 
     def _add(
         self, scene: Scene, listed: Scene, area: Region, symbol: str, trial: Callable[..., None]

@@ -74,6 +74,7 @@ class SymbolEffect:
         symbol: The symbol added, removed, moved, or replaced.
         effect: Mean over scenes of (after − before), in probability of validity; NaN where
             no scene allowed the intervention.
+        after: E[p(v)] afterwards, in those scenes: the number of the paper's table.
         interval: For the effect, over scenes; None for fewer than two scenes.
         p: Sign-flip permutation over scenes, two-sided.
         p_corrected: After Holm's correction within its kind of intervention.
@@ -90,6 +91,7 @@ class SymbolEffect:
     type: str
     symbol: str
     effect: float
+    after: float
     interval: Interval | None
     p: float | None
     p_corrected: float | None

@@ -67,12 +67,13 @@ class TrialTable:
 
     def scene_differences(
         self, intervention: Intervention, symbol: str, onto: str | None = None
-    ) -> tuple[FloatArray, FloatArray]:
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Per scene and type: mean of after − before over placements and draws.
 
         Returns:
-            (effect (types, n), changed (types, n)) over the n scenes in which the
-            intervention was possible; `changed` is the mean |after − before|.
+            (effect, changed, before), each (types, n), over the n scenes in which the
+            intervention was possible; `changed` is the mean |after − before|, `before` the
+            mean before.
         """
         sums: dict[int, list[FloatArray]] = {}
         for trial in self.trials:
@@ -80,12 +81,14 @@ class TrialTable:
             if same and trial.onto == onto:
                 sums.setdefault(trial.scene, []).append(trial.after - self.before[trial.scene])
         if not sums:
-            return np.empty((len(self.types), 0)), np.empty((len(self.types), 0))
+            none = np.empty((len(self.types), 0))
+            return none, none, none
         effect = [np.mean([d.mean(axis=1) for d in parts], axis=0) for parts in sums.values()]
         changed = [
             np.mean([np.abs(d).mean(axis=1) for d in parts], axis=0) for parts in sums.values()
         ]
-        return np.stack(effect, axis=1), np.stack(changed, axis=1)
+        before = [self.before[scene].mean(axis=1) for scene in sums]
+        return np.stack(effect, axis=1), np.stack(changed, axis=1), np.stack(before, axis=1)
 
 
 def to_arrow(table: TrialTable) -> pa.Table:

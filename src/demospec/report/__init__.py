@@ -10,6 +10,7 @@ from demospec.report._view import Figure, Report, Section, Table, Text
 
 if TYPE_CHECKING:
     from demospec.report._build import build_report
+    from demospec.report._causal_picture import draw_causal_picture, save_causal_picture
 
 __all__ = [
     "Figure",
@@ -18,7 +19,9 @@ __all__ = [
     "Table",
     "Text",
     "build_report",
+    "draw_causal_picture",
     "render_html",
+    "save_causal_picture",
     "write_html",
     "write_markdown",
 ]
@@ -27,4 +30,6 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     if name == "build_report":
         return importlib.import_module("demospec.report._build").build_report
+    if name in ("draw_causal_picture", "save_causal_picture"):
+        return getattr(importlib.import_module("demospec.report._causal_picture"), name)
     raise AttributeError(f"module 'demospec.report' has no attribute {name!r}")

@@ -1,0 +1,103 @@
+"""The causal analysis of a demonstration set: its scenes, its symbols, its scale."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Literal
+
+from demospec.causal._find import editor_for, run_trials
+from demospec.causal._picture_editor import Source
+from demospec.causal._results import Settings
+from demospec.causal._trials import TrialTable
+from demospec.demonstrations import DemonstrationSet, ValidityModel, pictures_in_memory, resample
+from demospec.errors import InputError
+from demospec.frames import FloatArray
+from demospec.progress import Progress, silent
+
+
+def trials_of_set(
+    model: ValidityModel,
+    data: DemonstrationSet,
+    *,
+    symbols: Sequence[str] | None = None,
+    types: Sequence[str] | None = None,
+    split: Literal["train", "test", "all"] = "all",
+    paths: Literal["random", "demonstrations"] = "random",
+    settings: Settings | None = None,
+    source: Source = "auto",
+    catalogue: str | None = None,
+    progress: Progress = silent,
+) -> TrialTable:
+    """Interventions on the scenes of a set; `estimate` turns them into findings.
+
+    Args:
+        model: Fitted on this set or on another one.
+        symbols: Those that the set declares by default; one that no scene and no catalogue
+            has is then left out and named. Asked for by name, it is refused.
+        split: Which scenes.
+        paths: ``random`` Bézier curves, or the scene's own ``demonstrations`` (whatever their
+            type and verdict), for tasks in which people do not draw Bézier curves.
+        source, catalogue: Where what is added comes from; see `PictureEditor`.
+
+    Raises:
+        InputError: No scene of that split; an unknown type or symbol.
+    """
+    settings = settings or Settings()
+    chosen = data if split == "all" else data.of_split(split)
+    scenes = pictures_in_memory(chosen).scenes
+    editor = editor_for(
+        scenes, source=source, catalogue=catalogue, metres_per_unit=data.metres_per_unit
+    )
+    wanted = symbols if symbols is not None else (data.symbols or None)
+    table = run_trials(
+        model,
+        scenes,
+        wanted,
+        types,
+        settings=settings,
+        editor=editor,
+        paths=_own_paths(chosen, settings.draws) if paths == "demonstrations" else None,
+        skip_absent=symbols is None,
+        progress=progress,
+    )
+    return replace(table, notes=(*table.notes, *_notes(chosen, table)))
+
+
+def _own_paths(data: DemonstrationSet, draws: int) -> dict[str, list[FloatArray]]:
+    """Scene id → its demonstrations, resampled to one length."""
+    out = {}
+    for scene_id, rows in data.rows_by_scene().items():
+        own = data.demonstrations.paths_xy([int(r) for r in rows[:draws]])
+        out[scene_id] = [resample(p, 64) for p in own]
+    if not out:
+        raise InputError("scenes with demonstrations", "none", field="paths")
+    return out
+
+
+def _notes(data: DemonstrationSet, table: TrialTable) -> list[str]:
+    """What the set's own make-up takes away from the findings."""
+    shown = {
+        (type_, scene_id)
+        for type_, scene_id in zip(
+            data.demonstrations.type, data.demonstrations.scene_id, strict=True
+        )
+        if type_ is not None
+    }
+    count = Counter(type_ for type_, _ in shown)
+    notes = []
+    if all(scene.picture is None for scene in data.scenes):
+        notes.append("no pictures: interventions change object lists only, the placebo nothing")
+    if len(table.scene_ids) == 1:
+        notes.append("one scene only: no intervals, no p-values, and nothing is called causal")
+    for type_ in table.types:
+        if len(data.scenes) > 1 and count[type_] == 1:
+            where = next(scene_id for name, scene_id in shown if name == type_)
+            notes.append(
+                f"{type_}: demonstrated in one scene only ({where}); in the other "
+                f"{len(table.scene_ids) - 1} its effects are what the model extrapolates"
+            )
+        elif type_ in data.types and count[type_] == 0:
+            notes.append(f"{type_}: not demonstrated in these scenes")
+    return notes
