@@ -89,6 +89,21 @@ class MissingExtraError(DemospecError):
         super().__init__(f"{what} needs {library}: run  pip install 'demospec[{extra}]'")
 
 
+class MissingPackageError(DemospecError):
+    """A Debian package is absent: names it and the command that brings it.
+
+    Args:
+        package: Name of the Debian package.
+        what: What needed it, in words.
+    """
+
+    def __init__(self, package: str, what: str) -> None:
+        self.package = package
+        super().__init__(
+            f"{what} needs the Debian package {package}: run  apt-get install {package}"
+        )
+
+
 def _short(value: object, limit: int = 120) -> str:
     """One printable line of at most `limit` characters."""
     text = value if isinstance(value, str) else repr(value)

@@ -100,8 +100,9 @@ def simulate_set(
     keep = CLEARANCE_PX * size_px / 100.0 if clearance_px is None else clearance_px
     if not 0.0 <= keep <= 0.3 * size_px:
         raise InputError(f"pixels in [0, {0.3 * size_px:g}]", keep, field="clearance_px")
-    job = _Job(task, size_px, demonstrations, balanced, true_clearances(task, keep))
     parts = {"train": load_catalogue(catalogue, "train"), "test": load_catalogue(catalogue, "test")}
+    symbols = tuple(s for s in TASK_SYMBOLS[task] if s in parts["train"].symbols)
+    job = _Job(task, size_px, demonstrations, balanced, true_clearances(task, keep, symbols))
     splits = ["train"] * train_scenes + ["test"] * test_scenes
     # One stream per scene: a set with more scenes begins with the scenes of the smaller one.
     streams = [
@@ -130,7 +131,7 @@ def simulate_set(
         demonstrations=Demonstrations.of(items),
         name=name or f"{task}-{catalogue}-{seed}",
         metres_per_unit=metres,
-        symbols=TASK_SYMBOLS[task],
+        symbols=symbols,
         types=TYPES,
         extra=extra,
     )

@@ -38,7 +38,7 @@ def free_stroke(rng: np.random.Generator, scene: Scene, size_px: float) -> Float
     across = np.array([-line[1], line[0]]) / length
     waves = sum(
         scale * rng.standard_normal() * np.sin(k * np.pi * along)
-        for k, scale in ((1, 0.26), (2, 0.09), (3, 0.04))
+        for k, scale in ((1, 0.42), (2, 0.12), (3, 0.04))
     )
     lean = 0.06 * rng.standard_normal() * np.sin(2 * np.pi * along)
     knots = rng.standard_normal((9, 2)) * 0.006

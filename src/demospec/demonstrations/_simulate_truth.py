@@ -18,13 +18,16 @@ Clearances = Mapping[str, Mapping[str, float]]
 """Type → symbol → clearance in pixels; symbols that do not matter are absent."""
 
 
-def true_clearances(task: str, clearance_px: float) -> Clearances:
+def true_clearances(
+    task: str, clearance_px: float, symbols: Sequence[str] | None = None
+) -> Clearances:
     """``careful`` keeps clear of everything, ``normal`` of one symbol, ``aggressive`` of nothing.
 
     The symbol of ``normal`` is ``glass`` on the tabletop (paper) and ``drill`` on the workbench.
+    `symbols` are those that the catalogue has; by default all of the task.
     """
     return {
-        "careful": dict.fromkeys(TASK_SYMBOLS[task], clearance_px),
+        "careful": dict.fromkeys(symbols or TASK_SYMBOLS[task], clearance_px),
         "normal": {STATISTICS[task].watched: clearance_px},
         "aggressive": {},
     }

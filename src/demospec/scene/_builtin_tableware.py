@@ -24,7 +24,15 @@ GLAZES = np.array(
         [0.60, 0.28, 0.28], [0.78, 0.72, 0.84], [0.45, 0.60, 0.58], [0.90, 0.72, 0.70],
     ]
 )  # fmt: skip
-METALS = np.array([[0.80, 0.81, 0.83], [0.70, 0.71, 0.74], [0.83, 0.70, 0.42], [0.72, 0.50, 0.38]])
+METALS = np.array(
+    [
+        [0.80, 0.81, 0.83],
+        [0.70, 0.71, 0.74],
+        [0.62, 0.63, 0.66],
+        [0.82, 0.70, 0.44],
+        [0.30, 0.31, 0.33],
+    ]
+)
 HANDLES = np.array(
     [
         [0.16, 0.15, 0.15], [0.50, 0.32, 0.18], [0.70, 0.16, 0.15], [0.18, 0.32, 0.55],
@@ -44,7 +52,8 @@ def rng_of(name: str) -> np.random.Generator:
     return np.random.default_rng(zlib.crc32(name.encode()))
 
 
-def _pick(rng: np.random.Generator, palette: FloatArray, wobble: float = 0.04) -> FloatArray:
+def pick(rng: np.random.Generator, palette: FloatArray, wobble: float = 0.04) -> FloatArray:
+    """A colour of the palette, a little off."""
     colour = palette[rng.integers(len(palette))] + rng.uniform(-wobble, wobble, 3)
     return np.asarray(np.clip(colour, 0.03, 0.98))
 
@@ -53,8 +62,8 @@ def _shape(
     rng: np.random.Generator, k: int
 ) -> tuple[float, tuple[float, float], tuple[int, float]]:
     """Squareness, stretch, lobes: mostly round; every fifth square, oval or scalloped."""
-    if k % 5 == 4:
-        return float(rng.uniform(0.5, 1.0)), (1.0, 1.0), (0, 0.0)
+    if k % 5 == 4:  # smaller, for the corners reach further out
+        return float(rng.uniform(0.25, 0.8)), (0.84, 0.84), (0, 0.0)
     if k % 5 == 3:
         return 0.0, (1.12, float(rng.uniform(0.72, 0.85))), (0, 0.0)
     if k % 5 == 2 and rng.random() < 0.5:
@@ -67,7 +76,7 @@ def make_plate(name: str, k: int) -> Mesh:
     rng = rng_of(name)
     r = rng.uniform(0.075, 0.112)
     squareness, stretch, lobes = _shape(rng, k)
-    glaze = _pick(rng, GLAZES)
+    glaze = pick(rng, GLAZES)
     well = r * rng.uniform(0.60, 0.70)
     lift = rng.uniform(0.014, 0.024)
     form = {"squareness": squareness, "stretch": stretch, "lobes": lobes, "gloss": 0.45}
@@ -77,7 +86,7 @@ def make_plate(name: str, k: int) -> Mesh:
            (0.93 * r, 0.4 * lift)]  # fmt: skip
     colours = [glaze, glaze * 0.99, glaze]
     if k % 2:
-        band = _pick(rng, GLAZES)
+        band = pick(rng, GLAZES)
         colours[2 if rng.random() < 0.5 else 0] = band
     parts = [
         lathe(profile, np.clip(c, 0, 1), crease_deg=20.0, **form)  # type: ignore[arg-type]
@@ -92,7 +101,7 @@ def make_bowl(name: str, k: int) -> Mesh:
     r = rng.uniform(0.058, 0.085)
     depth = rng.uniform(0.045, 0.075)
     squareness, stretch, lobes = _shape(rng, k)
-    outside, inside = _pick(rng, GLAZES), _pick(rng, GLAZES)
+    outside, inside = pick(rng, GLAZES), pick(rng, GLAZES)
     if rng.random() < 0.5:
         inside = np.clip(outside * 1.04, 0, 1)
     form = {"squareness": squareness, "stretch": stretch, "lobes": lobes, "gloss": 0.5}
@@ -115,7 +124,7 @@ def make_bowl(name: str, k: int) -> Mesh:
             lug = np.column_stack([x, 0.022 * a * 2])
             parts.append(bar(lug, 0.004, outside, z=depth - 0.006, crown=0.004))
     if k % 4 == 2:
-        food = _pick(rng, np.array([[0.75, 0.35, 0.15], [0.85, 0.70, 0.35], [0.45, 0.55, 0.25]]))
+        food = pick(rng, np.array([[0.75, 0.35, 0.15], [0.85, 0.70, 0.35], [0.45, 0.55, 0.25]]))
         level = 0.62
         filled = [
             (0.0, 0.01 + depth * level**steep),
@@ -135,7 +144,7 @@ def make_glass(name: str, k: int) -> Mesh:
         return _mug(rng, r, height * 0.8)
     tint = np.clip(np.array([0.80, 0.90, 0.90]) + rng.uniform(-0.12, 0.08, 3), 0, 1)
     if k % 8 == 6:
-        tint = _pick(rng, np.array([[0.35, 0.60, 0.85], [0.45, 0.75, 0.50], [0.90, 0.60, 0.35]]))
+        tint = pick(rng, np.array([[0.35, 0.60, 0.85], [0.45, 0.75, 0.50], [0.90, 0.60, 0.35]]))
     base = r * rng.uniform(0.70, 0.92)
     wall = 0.003
     bottom = 0.012 if style == "tumbler" else 0.045
@@ -170,7 +179,7 @@ def make_glass(name: str, k: int) -> Mesh:
 
 
 def _mug(rng: np.random.Generator, r: float, height: float) -> Mesh:
-    glaze = _pick(rng, GLAZES)
+    glaze = pick(rng, GLAZES)
     wall = 0.0045
     parts = [
         lathe([(r - wall, 0.006), (r - wall, height)], glaze, gloss=0.5),
@@ -204,14 +213,14 @@ def _handle(
 def make_utensil(name: str, k: int) -> Mesh:
     """A fork, knife, spoon, ladle, spatula, chopsticks, serving fork or whisk."""
     rng = rng_of(name)
-    metal = _pick(rng, METALS, 0.03)
-    grip = _pick(rng, HANDLES) if k % 2 else metal
+    metal = pick(rng, METALS, 0.03)
+    grip = pick(rng, HANDLES) if k % 2 else metal
     big = rng.uniform(1.0, 1.2)
     style = ("fork", "knife", "spoon", "ladle", "spatula", "chopsticks", "server", "whisk")[k % 8]
     length = big * {"ladle": 0.25, "spatula": 0.25, "chopsticks": 0.22, "server": 0.25,
                     "whisk": 0.22}.get(style, 0.185)  # fmt: skip
     if style == "chopsticks":
-        colour = _pick(rng, HANDLES)
+        colour = pick(rng, HANDLES)
         sticks = []
         for sign in (-1.0, 1.0):
             x = np.linspace(-length / 2, length / 2, 6)
@@ -220,7 +229,7 @@ def make_utensil(name: str, k: int) -> Mesh:
             sticks.append(bar(np.column_stack([x, y]), w, colour, crown=w, gloss=0.4))
         # A rest under them, so that the two are one outline.
         rest = np.column_stack([np.full(5, -0.1 * length), np.linspace(-0.017, 0.017, 5)])
-        return joined([*sticks, bar(rest, 0.006, _pick(rng, GLAZES), crown=0.004)])
+        return joined([*sticks, bar(rest, 0.006, pick(rng, GLAZES), crown=0.004)])
     head = 0.36 * length if style in ("fork", "server", "whisk", "spatula") else 0.30 * length
     if style == "knife":
         head = 0.56 * length
@@ -353,7 +362,7 @@ _HEADS: dict[str, Callable[[np.random.Generator, float, float, FloatArray, float
 def make_shaker(name: str, k: int) -> Mesh:
     """The pepper shaker that the tabletop task carries (paper)."""
     rng = rng_of(name)
-    wood = _pick(rng, HANDLES)
+    wood = pick(rng, HANDLES)
     body = [(0.0, 0.095), (0.010, 0.094), (0.013, 0.086), (0.016, 0.07), (0.013, 0.05),
             (0.021, 0.03), (0.0225, 0.0)]  # fmt: skip
     return joined(
