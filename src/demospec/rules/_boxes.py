@@ -62,6 +62,10 @@ class Rows(Protocol):
     """(invalid rows,) contact level."""
     limit: int
     bounds: tuple[int, int]
+    work: int
+    """Numbers touched per box."""
+    corners_exact: bool
+    """Whether the sums over a box are those at its two extreme corners."""
 
     def sums(self, low: IntArray, high: IntArray) -> tuple[IntArray, IntArray]:
         """(B, n) least and greatest sum of each row over each box; equal on a point."""
@@ -127,11 +131,24 @@ class StepRows:
         dtype = np.int32 if small else np.int64
         self.steps = [np.ascontiguousarray(clipped[:, k].T.astype(dtype)) for k in range(q)]
 
+        self.work = len(valid)
+        self.corners_exact = True
+
     def _at(self, radii: IntArray) -> list[IntArray]:
         return [self.steps[k][radii[:, k] - self.origin[k]] for k in range(len(self.steps))]
 
     def sums(self, low: IntArray, high: IntArray) -> tuple[IntArray, IntArray]:
         return self._total(self._at(low), len(low)), self._total(self._at(high), len(low))
+
+    def _with_points(
+        self,
+        floor: IntArray,
+        ceiling: IntArray,
+        low: IntArray,
+        high: IntArray,
+    ) -> tuple[IntArray, IntArray]:
+        """Adds what is not a step function of one radius: nothing here."""
+        return floor, ceiling
 
     def _total(self, parts: list[IntArray], count: int) -> IntArray:
         if not parts:
@@ -147,7 +164,12 @@ class StepRows:
             tie(boxes, self.bounds)
             boxes = boxes.take(alive(boxes))
             least, most = self._at(boxes.low), self._at(boxes.high)
-            floor, ceiling = self._total(least, len(boxes)), self._total(most, len(boxes))
+            floor, ceiling = self._with_points(
+                self._total(least, len(boxes)),
+                self._total(most, len(boxes)),
+                boxes.low,
+                boxes.high,
+            )
             dead = (floor[:, :v] >= limit).any(axis=1)
             # Rows that no radius of the box can make bad must be in contact.
             contact = np.where(ceiling[:, v:] < limit, self.closest, 0).max(axis=1, initial=0)
@@ -206,7 +228,6 @@ class StepRows:
 
     def impact(self, boxes: Boxes, undecided: BoolArray) -> IntArray:
         spread = [
-            high - low
-            for low, high in zip(self._at(boxes.low), self._at(boxes.high), strict=True)
+            high - low for low, high in zip(self._at(boxes.low), self._at(boxes.high), strict=True)
         ]
         return np.stack([np.where(undecided, part, 0).sum(axis=1) for part in spread], axis=1)

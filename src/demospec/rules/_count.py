@@ -130,7 +130,13 @@ def _with_sum(low: list[int], high: list[int], least: int, most: int):  # type: 
 
 
 def first_optimum(
-    search_of, T: tuple[int, int], low, high, L: int, largest_T: bool, deadline: float  # type: ignore[no-untyped-def]
+    search_of,
+    T: tuple[int, int],
+    low,
+    high,
+    L: int,
+    largest_T: bool,
+    deadline: float,  # type: ignore[no-untyped-def]
 ) -> Point | None:
     """The canonical optimum: T_min first (least or largest), then radii lexicographically.
 

@@ -6,6 +6,7 @@ import itertools
 import math
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from math import prod
 from typing import Any
 
@@ -14,7 +15,7 @@ import numpy as np
 from demospec.rules._answer import InfluenceAnswer, Parameters, Status
 from demospec.rules._boxes import Rows, StepRows
 from demospec.rules._count import count_points, first_optimum
-from demospec.rules._domain import Component, Domain, tighten, whole_domain
+from demospec.rules._domain import Component, Domain, tie, tighten, whole_domain
 from demospec.rules._measure import IntArray
 from demospec.rules._search import (
     FIRST_RADIUS,
@@ -27,7 +28,8 @@ from demospec.rules._search import (
     Search,
     goals_of,
 )
-from demospec.rules._steps import StepProblem
+from demospec.rules._points import PointRows
+from demospec.rules._steps import StepProblem, joined_points
 from demospec.rules._sweep import Slices, sweep
 
 SWEEP_CELLS = 20_000_000
@@ -46,6 +48,8 @@ def solve_exact(steps: StepProblem, listed: int, deadline: float) -> InfluenceAn
     """
     assert steps.limit is not None
     domain = whole_domain(steps)
+    if not steps.separable:
+        return searched_points(steps, domain, listed, deadline)
     components = tighten(steps, domain, steps.limit)
     if components is None:
         return answer(steps, "infeasible", n_feasible=0)
@@ -163,9 +167,7 @@ def searched(
     return search_rows(steps, rows, domain, listed, deadline)
 
 
-def joined_rows(
-    steps: StepProblem, components: Sequence[Component], domain: Domain
-) -> StepRows:
+def joined_rows(steps: StepProblem, components: Sequence[Component], domain: Domain) -> StepRows:
     """All rows left, over all parameters."""
     assert steps.limit is not None
     count = len(steps.problem.parameters)
@@ -182,6 +184,56 @@ def joined_rows(
         at += len(part.rows)
     bounds = steps.problem.bounds.T_object
     return StepRows(table, domain.low.copy(), valid, closest, steps.limit, bounds)
+
+
+def searched_points(
+    steps: StepProblem, domain: Domain, listed: int, deadline: float
+) -> InfluenceAnswer:
+    """The whole answer by branch and bound, for readings that do not separate."""
+    assert steps.limit is not None
+    problem = steps.problem
+    good = [int(c) for b in steps.blocks for c in b.closest[b.valid]]
+    domain.T[1] = min([domain.T[1], *(c - 1 for c in good)])
+    tie(domain, problem.bounds.T_object)
+    if domain.empty:
+        return answer(steps, "infeasible", n_feasible=0)
+    return search_rows(steps, point_rows(steps), domain, listed, deadline)
+
+
+def point_rows(steps: StepProblem, limit: int | None = None) -> StepRows:
+    """All rows of a problem over all its parameters, nothing tightened."""
+    problem = steps.problem
+    count, width = len(problem.parameters), problem.bounds.radius[1] + 1
+    n = sum(len(block.rows) for block in steps.blocks)
+    table = np.zeros((n, count, width), dtype=np.int64)
+    valid, closest = np.zeros(n, dtype=bool), np.zeros(n, dtype=np.int64)
+    shared = []
+    at = 0
+    for block in steps.blocks:
+        view = slice(at, at + len(block.rows))
+        table[view, list(block.parameters)] = block.table
+        valid[view], closest[view] = block.valid, block.closest
+        if block.shared is not None:
+            own = np.array(block.parameters)
+            shared.append(
+                replace(
+                    block.shared,
+                    row=block.shared.row + at,
+                    parameter=own[block.shared.parameter],
+                )
+            )
+        at += len(block.rows)
+    used = steps.limit if limit is None else limit
+    assert used is not None
+    origin = np.zeros(count, dtype=np.int64)
+    bounds = problem.bounds.T_object
+    points = joined_points(shared)
+    if points is None:
+        return StepRows(table, origin, valid, closest, used, bounds)
+    return PointRows(
+        table, origin, valid, closest, used, bounds,
+        points, problem.reading, problem.penalty, problem.scale,
+    )  # fmt: skip
 
 
 def search_rows(
@@ -242,9 +294,7 @@ def search_rows(
         fields[name] = optima[0]
         fields[f"optima_{name}"] = optima
         fields[f"n_optima_{name}"] = ties
-    fields["n_feasible"], _ = count_points(
-        search_of(T, low, high), deadline, COUNT_BOXES
-    )
+    fields["n_feasible"], _ = count_points(search_of(T, low, high), deadline, COUNT_BOXES)
     return answer(steps, "optimal", **fields)
 
 

@@ -74,8 +74,7 @@ class Search:
         self.low, self.high = low, high
         self.window = window
         self.q = len(low)
-        n = max(1, rows.n_valid + len(rows.closest))
-        self.batch = max(16, min(_BATCH_BOXES, _BATCH_NUMBERS // n))
+        self.batch = max(16, min(_BATCH_BOXES, _BATCH_NUMBERS // max(1, rows.work)))
 
     def root(self, goals: IntArray) -> Boxes:
         m = len(goals)
@@ -235,7 +234,10 @@ class Search:
 
     def _unproven(self, pool: list[Boxes], found: Found) -> None:
         boxes = self._cut(Boxes.join(pool), found.best)
-        left = [self.least_L(boxes)[boxes.goal == LEAST_L], self.most_L(boxes)[boxes.goal == MOST_L]]
+        left = [
+            self.least_L(boxes)[boxes.goal == LEAST_L],
+            self.most_L(boxes)[boxes.goal == MOST_L],
+        ]
         found.floor = int(min([*left[0].tolist(), int(found.best[LEAST_L])]))
         found.roof = int(max([*left[1].tolist(), int(found.best[MOST_L])]))
 
@@ -243,11 +245,10 @@ class Search:
         self, found: Found, boxes: Boxes, floor: IntArray, ceiling: IntArray
     ) -> None:
         """Tries both corners and the middle of each box."""
-        exact = getattr(self.rows, "corners_exact", True)
         middle = (boxes.low + boxes.high) // 2
         at_middle, _ = self.rows.sums(middle, middle)
         tried = [(middle, at_middle)]
-        if exact:
+        if self.rows.corners_exact:
             tried += [(boxes.low, floor), (boxes.high, ceiling)]
         for radii, sums in tried:
             good, T_low, T_high = self._points(radii, sums)
@@ -279,9 +280,7 @@ class Search:
             self._keep(found, FIRST_RADIUS + 2 * k, radii[:, k], T_low, radii)
             self._keep(found, FIRST_RADIUS + 2 * k + 1, radii[:, k], T_low, radii)
 
-    def _keep(
-        self, found: Found, goal: int, value: IntArray, T: IntArray, radii: IntArray
-    ) -> None:
+    def _keep(self, found: Found, goal: int, value: IntArray, T: IntArray, radii: IntArray) -> None:
         i = int(value.argmin() if goal % 2 == 0 else value.argmax())
         best = int(found.best[goal])
         if (value[i] < best) if goal % 2 == 0 else (value[i] > best):

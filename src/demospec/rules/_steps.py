@@ -178,7 +178,7 @@ def _block(
         problem.valid[rows] if n else np.zeros(0, dtype=bool),
         closest,
         table,
-        _joined(shared),
+        joined_points(shared),
     )
 
 
@@ -347,7 +347,7 @@ def _chosen(hit: Reached, mask: BoolArray) -> Reached:
     return Reached(hit.index[mask], hit.level[mask], hit.penalty[mask], hit.value[mask], hit.error)
 
 
-def _joined(parts: list[SharedPoints]) -> SharedPoints | None:
+def joined_points(parts: list[SharedPoints]) -> SharedPoints | None:
     """One array of shared points from many; None where there are none."""
     parts = [part for part in parts if len(part.row)]
     if not parts:
