@@ -9,9 +9,8 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from demospec.demonstrations import DemonstrationSet, read_set, write_set
     from demospec.causal import find_causes
-    from demospec.demonstrations import simulate_set
+    from demospec.demonstrations import DemonstrationSet, read_set, simulate_set, write_set
     from demospec.errors import DemospecError, InputError
     from demospec.planning import plan_path
     from demospec.rules import learn_rules, read_rules
