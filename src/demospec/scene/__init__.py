@@ -2,11 +2,12 @@
 
 from demospec.scene._catalogue import TASK_SYMBOLS, Catalogue, CatalogueItem, load_catalogue
 from demospec.scene._compose import Placement, compose_scene
+from demospec.scene._cut_outs import CutOut, cut_out
 from demospec.scene._draw_scene import STATISTICS, SceneStatistics, draw_scene
+from demospec.scene._estimate_light import light_of
 from demospec.scene._footprints import Capsule, Disc, Footprint, Polygon, rectangle
 from demospec.scene._free_places import free_places, room_around
 from demospec.scene._interventions import (
-    light_of,
     move_object,
     overlay,
     placebo_patch,
@@ -23,6 +24,7 @@ __all__ = [
     "Capsule",
     "Catalogue",
     "CatalogueItem",
+    "CutOut",
     "Disc",
     "Footprint",
     "Image",
@@ -33,6 +35,7 @@ __all__ = [
     "SceneObject",
     "SceneStatistics",
     "compose_scene",
+    "cut_out",
     "draw_light",
     "draw_scene",
     "draw_table",

@@ -18,6 +18,7 @@ from demospec.errors import InputError
 from demospec.frames import FloatArray
 from demospec.scene._catalogue import CatalogueItem, load_catalogue, snap_angle
 from demospec.scene._light import Light, colour, falloff, on_pixels, shaded, shadow
+from demospec.scene._render_key import render_of
 from demospec.scene._sprites import SAMPLES
 from demospec.scene._tables import table_albedo
 from demospec.scene._types import Image, Picture, Scene, SceneObject
@@ -112,14 +113,6 @@ def item_entry(item: CatalogueItem, angle_rad: float) -> dict[str, Any]:
     """An object's entry in ``render.items``."""
     angle = round(snap_angle(angle_rad), 6)
     return {"catalogue": item.catalogue, "item": item.name, "angle": angle}
-
-
-def render_of(scene: Scene) -> dict[str, Any] | None:
-    """What the scene was drawn from, or None for a user's picture."""
-    found = dict(scene.extra).get("render")
-    if not isinstance(found, dict) or "table" not in found or "light" not in found:
-        return None
-    return found
 
 
 def draw(
@@ -232,5 +225,4 @@ def pixels_per_metre(scene: Scene, metres_per_px: float | None = None) -> float:
         if not (math.isfinite(metres_per_px) and metres_per_px > 0):
             raise InputError("a number > 0", metres_per_px, field="metres_per_px")
         return 1.0 / metres_per_px
-    width = scene.pixels().shape[1]
-    return width / TABLE_M
+    return float(scene.pixels().shape[1]) / TABLE_M

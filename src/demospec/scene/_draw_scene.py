@@ -119,7 +119,7 @@ def _place(
     along = (goal - start) / np.linalg.norm(goal - start)
     across = np.array([-along[1], along[0]])
     ends = np.stack([start, goal])
-    for _ in range(300):
+    for _ in range(600):
         center = rng.uniform(0.0, 100.0, 2)
         angle = float(rng.uniform(0, 2 * np.pi))
         off = float((center - start) @ across)

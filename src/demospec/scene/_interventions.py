@@ -11,7 +11,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from demospec.errors import InputError
 from demospec.frames import FloatArray
@@ -22,26 +22,19 @@ from demospec.scene._compose import (
     draw,
     item_entry,
     pixels_per_metre,
-    render_of,
     to_image,
 )
+from demospec.scene._cut_outs import CutOut
+from demospec.scene._estimate_light import light_of
+from demospec.scene._free_places import free_places
 from demospec.scene._inpaint import filled
-from demospec.scene._light import DEFAULT_LIGHT, Light
+from demospec.scene._render_key import render_of
 from demospec.scene._types import Picture, Scene, SceneObject
-
-
-def light_of(scene: Scene) -> Light:
-    """The scene's own light; for a user's picture a plain one as bright as the picture."""
-    render = render_of(scene)
-    if render is not None:
-        return dict(render["light"])
-    bright = float(np.percentile(scene.pixels(), 75)) / 255.0
-    return {**DEFAULT_LIGHT, "strength": float(np.clip(0.55 + 0.6 * bright, 0.6, 1.05))}
 
 
 def overlay(
     scene: Scene,
-    item: CatalogueItem | str,
+    item: CatalogueItem | CutOut | str,
     center: ArrayLike,
     angle_rad: float = 0.0,
     *,
@@ -57,19 +50,22 @@ def overlay(
 
     Args:
         scene: With a picture, or with an object list only.
-        item: A catalogue item, or a symbol of which `rng` draws one.
-        center: (2,) pixels; snapped to a third of a pixel.
+        item: A catalogue item, a symbol of which `rng` draws one, or a cut-out from one of the
+            user's own scenes (which keeps its angle).
+        center: (2,) pixels; snapped to a third of a pixel (a cut-out: to whole steps).
         angle_rad: Counter-clockwise; snapped to 5°.
         catalogue: Where a symbol's items come from (all parts), or the catalogue itself.
         metres_per_px: Scale of a user's picture (a set's ``metres_per_unit``); a simulated
             scene knows its own. Unknown: the picture is taken to be 0.82 m wide.
         id: Of the new object; by default symbol and the next free number.
     """
-    chosen = _chosen(item, catalogue, rng)
-    scale = pixels_per_metre(scene, metres_per_px)
+    chosen = item if isinstance(item, CutOut) else _chosen(item, catalogue, rng)
     name = id or _new_id(scene, chosen.symbol)
     if any(o.id == name for o in scene.objects or ()):
         raise InputError("a new object id", name, row=f"scene {scene.scene_id}", field="id")
+    if isinstance(chosen, CutOut):
+        return _with_cut_out(scene, chosen, center, name)
+    scale = pixels_per_metre(scene, metres_per_px)
     thing = as_object(chosen, center, angle_rad, 1.0 / scale, name)
     picture = scene.picture
     if picture is not None:
@@ -81,6 +77,15 @@ def overlay(
     objects = None if scene.objects is None else (*scene.objects, thing)
     changed = replace(scene, objects=objects, picture=picture)
     return _with_item(changed, name, item_entry(chosen, angle_rad))
+
+
+def _with_cut_out(scene: Scene, cut: CutOut, center: ArrayLike, name: str) -> Scene:
+    image = scene.pixels() / 255.0
+    cut.put(image, center, light_of(scene))
+    objects = None
+    if scene.objects is not None:
+        objects = (*scene.objects, cut.placed(center, name))
+    return scene.with_changes(objects=objects, picture=Picture(array=to_image(image)))
 
 
 def _chosen(
@@ -143,21 +148,30 @@ def remove_object(scene: Scene, object_id: str) -> Scene:
             touched = (before != after).any(axis=2, keepdims=True)
             picture = Picture(array=np.where(touched, after, picture.pixels))
         else:
-            picture = Picture(array=filled(picture.pixels, _shade_mask(scene, thing)))
+            hole, others = _shade_masks(scene, thing)
+            picture = Picture(array=filled(picture.pixels, hole, others))
     return _with_item(replace(scene, objects=rest, picture=picture), object_id, None)
 
 
-def _shade_mask(scene: Scene, thing: SceneObject, rim: float = 0.035) -> FloatArray:
-    """(h, w) bool: the outline and a rim (share of the picture's width) for its shadow."""
+def _shade_masks(
+    scene: Scene, thing: SceneObject, rim: float = 0.035
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """(h, w) where the object and its shadow are, and where other objects and theirs are.
+
+    A shadow is taken to reach `rim` picture widths from the outline.
+    """
     assert scene.picture is not None
     width, height = scene.picture.size_px
     x, y = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
     points = np.stack([x, y], axis=-1)
-    near = thing.outline.signed_distance(points) <= rim * width
+    hole = thing.outline.signed_distance(points) <= rim * width
+    others = np.zeros_like(hole)
     for other in scene.objects or ():
-        if other.id != thing.id:  # never paint over a neighbour
-            near &= other.outline.signed_distance(points) > 0.01 * width
-    return near
+        if other.id != thing.id:
+            gap = other.outline.signed_distance(points)
+            others |= gap <= rim * width
+            hole &= gap > 0.01 * width  # never paint over a neighbour
+    return np.asarray(hole), others
 
 
 def move_object(scene: Scene, object_id: str, center: ArrayLike) -> Scene:
@@ -212,7 +226,9 @@ def placebo_patch(
     """A moved patch of bare table, blended in: a change that must change no judgement.
 
     A disc of table from a random free place replaces the disc about `center`, with its mean
-    brightness matched to the place and a soft edge. The object list stays as it is.
+    brightness matched to the place and a soft edge. The object list stays as it is. Of the
+    free places, those that look most like the table at `center` are drawn from: where objects
+    are not listed, this keeps the patch off them.
 
     Args:
         scene: With a picture.
@@ -223,28 +239,43 @@ def placebo_patch(
     Raises:
         InputError: The scene has no other free place of that size.
     """
-    from demospec.scene._free_places import free_places
-
     image = scene.pixels() / 255.0
     height, width = image.shape[:2]
     to = np.asarray(center, dtype=np.float64)
-    places = free_places(scene, radius_px, 32, rng)
-    away = places[np.linalg.norm(places - to, axis=1) > 0.5 * radius_px]
-    if len(away) == 0:
+    y, x = np.mgrid[0:height, 0:width]
+    distance = np.hypot(x + 0.5 - to[0], y + 0.5 - to[1])
+    weight = np.clip((radius_px - distance) / (0.7 * radius_px), 0.0, 1.0)
+    weight = weight * weight * (3 - 2 * weight)
+    y, x = np.nonzero(weight)
+    shifts = np.round(free_places(scene, radius_px, 48, rng) - to).astype(int)
+    inside = [
+        (x.min() + dx >= 0) & (x.max() + dx < width) & (y.min() + dy >= 0) & (y.max() + dy < height)
+        for dx, dy in shifts
+    ]
+    far = np.linalg.norm(shifts, axis=1) > 0.5 * radius_px
+    shifts = shifts[far & np.array(inside, dtype=bool)] if len(shifts) else shifts
+    if len(y) == 0 or len(shifts) == 0:
         raise InputError(
             f"room for a patch of radius {radius_px:g} px", "none",
             row=f"scene {scene.scene_id}", field="placebo",
         )  # fmt: skip
-    shift = np.round(away[0] - to).astype(int)
-    y, x = np.mgrid[0:height, 0:width]
-    distance = np.hypot(x + 0.5 - to[0], y + 0.5 - to[1])
-    weight = np.clip((radius_px - distance) / (0.45 * radius_px), 0.0, 1.0)
-    weight = weight * weight * (3 - 2 * weight)
-    inside = (weight > 0) & (x + shift[0] >= 0) & (x + shift[0] < width)
-    inside &= (y + shift[1] >= 0) & (y + shift[1] < height)
-    here = image[y[inside], x[inside]]
-    there = image[y[inside] + shift[1], x[inside] + shift[0]]
-    w = weight[inside][:, None]
+    here = image[y, x]
+    share = 0.3 if scene.objects is not None else 0.15
+    # A patch that fits badly would show a round edge and look like a thing.
+    unlike = np.array([_unlike(here, image[y + dy, x + dx], weight[y, x]) for dx, dy in shifts])
+    alike = np.argsort(unlike, kind="stable")[: max(1, int(share * len(shifts)))]
+    dx, dy = shifts[alike[int(rng.integers(len(alike)))]]
+    there = image[y + dy, x + dx]
+    w = weight[y, x][:, None]
     matched = there + ((here - there) * w).sum(axis=0) / w.sum()
-    image[y[inside], x[inside]] = here * (1 - w) + matched * w
+    image[y, x] = here * (1 - w) + matched * w
     return replace(scene, picture=Picture(array=to_image(image)))
+
+
+def _unlike(one: FloatArray, other: FloatArray, weight: FloatArray) -> float:
+    """How different two patches are but for their mean: in colours and, at the rim, in place."""
+    levels = (0.02, 0.1, 0.3, 0.5, 0.7, 0.9, 0.98)
+    a, b = one - one.mean(axis=0), other - other.mean(axis=0)
+    colours = np.abs(np.quantile(a, levels, axis=0) - np.quantile(b, levels, axis=0)).max()
+    rim = weight < 0.8
+    return float(colours + 2.0 * np.abs(a[rim] - b[rim]).mean())

@@ -15,7 +15,7 @@ import numpy as np
 
 from demospec.errors import InputError
 from demospec.frames import FloatArray
-from demospec.scene._sprites import SAMPLES, Sprite
+from demospec.scene._sprites import F32, SAMPLES, Sprite
 
 Light = dict[str, float]
 
@@ -94,7 +94,7 @@ def shaded(sprite: Sprite, light: Light) -> FloatArray:
     return np.asarray(out * colour(light))
 
 
-def on_pixels(samples: FloatArray, empty: float, phase: tuple[int, int]) -> FloatArray:
+def on_pixels(samples: FloatArray | F32, empty: float, phase: tuple[int, int]) -> FloatArray:
     """Box-averages a sample grid onto pixels after moving it `phase` (x, y) samples on."""
     h, w = samples.shape[:2]
     rest = samples.shape[2:]

@@ -189,7 +189,7 @@ def _surface(
         n = np.where(n[:, 2:] < 0, -n, n)
         n /= np.maximum(np.linalg.norm(n, axis=1, keepdims=True), 1e-12)
         n[:, 1] *= -1  # picture y points down
-        return n
+        return np.asarray(n)
 
     first = solid & (depth >= top[index])
     at, of = index[first], face[first]
@@ -210,10 +210,8 @@ def _surface(
         )
         total = np.bincount(at, alpha, minlength=size)
         hit = total > 0
-        mean = np.column_stack(
-            [np.bincount(at, alpha * mesh.colour[of, k], minlength=size) for k in range(3)]
-        )
-        mean[hit] /= total[hit, None]
+        sums = [np.bincount(at, alpha * mesh.colour[of, k], minlength=size) for k in range(3)]
+        mean = np.column_stack(sums) / np.where(hit, total, 1.0)[:, None]
         albedo = albedo * left + mean * (1.0 - left.mean(axis=1, keepdims=True))
         through = through * left
         surface = np.full(size, -np.inf)
