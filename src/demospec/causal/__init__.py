@@ -4,6 +4,7 @@ Paired interventions on scenes (add, remove, move, swap, placebo) and on the typ
 tests with Holm's correction, a minimum effect, and words. No network classes in here.
 """
 
+from demospec.causal._document import findings_from_document
 from demospec.causal._estimate import estimate
 from demospec.causal._find import editor_for, find_causes, run_trials
 from demospec.causal._find_in_set import trials_of_set
@@ -36,6 +37,7 @@ __all__ = [
     "editor_for",
     "estimate",
     "find_causes",
+    "findings_from_document",
     "holm",
     "mean_interval",
     "run_trials",

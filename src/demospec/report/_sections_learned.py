@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from demospec.causal import findings_from_document
 from demospec.report._build import Run
-from demospec.report._causal_picture import effects_picture
+from demospec.report._causal_picture import draw_causal_picture
+from demospec.report._scene_picture import to_png
 from demospec.report._view import Block, Figure, Section, Table, Text, bracket, number
 
 
@@ -32,10 +34,11 @@ def cares(run: Run) -> Section | None:
         name = "field" if "field" in run.causes else next(iter(run.causes))
         blocks.append(
             Figure(
-                effects_picture(run.causes[name]),
+                to_png(draw_causal_picture(findings_from_document(run.causes[name]))),
                 f"Effects of adding each symbol according to the {name} model, with 95 % "
-                "intervals over scenes.",
-                "Dot plot of causal effects with intervals, per type and symbol.",
+                "intervals over scenes, and the causal graph: the symbols that reach the verdict "
+                "V are drawn thick.",
+                "Dot plot of causal effects with intervals and a causal graph, per type.",
             )
         )
     return Section("cares", "What the demonstrators care about", tuple(blocks))

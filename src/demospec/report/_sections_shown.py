@@ -43,7 +43,7 @@ def shown(run: Run) -> Section:
 def _pictures(run: Run) -> Figure:
     d = run.data.demonstrations
     by_scene = run.data.rows_by_scene()
-    types = list(run.data.types[:3]) or [None]
+    types: list[str | None] = [*run.data.types[:3]] or [None]
     scenes, paths, titles = [], [], []
     chosen = [s for s in run.data.scenes if s.split == "train" and s.scene_id in by_scene][:1]
     chosen += [s for s in run.data.scenes if s.split != "train" and s.scene_id in by_scene][:1]
