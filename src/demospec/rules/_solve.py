@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import time
-from typing import Literal
+from dataclasses import replace
+from typing import Literal, get_args
 
 from demospec.errors import InputError
 from demospec.rules._answer import InfluenceAnswer
@@ -27,7 +28,8 @@ def solve(
 
     Args:
         engine: ``exact`` sweeps and searches step functions; ``step`` and ``direct`` are
-            CP-SAT encodings; ``auto`` takes the fastest that is exact for the reading.
+            CP-SAT encodings (`step` for readings that separate); ``auto`` takes the fastest
+            that is exact for the reading, which is ``exact``.
         time_limit_s: Seconds; None for no limit. When they are over, the status is
             ``timeout``.
         tolerant: Contradict as few demonstrations as possible, where some must be.
@@ -40,7 +42,36 @@ def solve(
     began = time.monotonic()
     if problem.F_max is None:
         raise InputError("a known F_max (or identify_F_max)", "null", field="F_max")
+    if engine not in get_args(Engine):
+        raise InputError(f"one of {', '.join(get_args(Engine))}", engine, field="engine")
     deadline = began + (math.inf if time_limit_s is None else time_limit_s)
-    steps = step_problem(problem)
-    answer = solve_exact(steps, listed, deadline)
+    if engine in ("direct", "step"):
+        answer = _by_cpsat(problem, engine, deadline, seed, listed)
+    else:
+        answer = solve_exact(step_problem(problem), listed, deadline)
+    if answer.status == "infeasible":
+        answer = _contradiction(problem, answer, tolerant, deadline, listed)
     return answer.timed(time.monotonic() - began)
+
+
+def _contradiction(
+    problem: RuleProblem, answer: InfluenceAnswer, tolerant: bool, deadline: float, listed: int
+) -> InfluenceAnswer:
+    """What to say where no parameters agree: a tolerant fit, or who contradicts whom."""
+    from demospec.rules._conflict import minimal_conflict
+    from demospec.rules._tolerant import solve_tolerant
+
+    if tolerant:
+        return solve_tolerant(problem, deadline, listed)
+    return replace(answer, conflict=minimal_conflict(problem, deadline))
+
+
+def _by_cpsat(
+    problem: RuleProblem, engine: str, deadline: float, seed: int, listed: int
+) -> InfluenceAnswer:
+    from demospec.rules._cpsat import solve_encoding
+    from demospec.rules._cpsat_steps import encode_steps
+    from demospec.rules._direct import encode_direct
+
+    encoding = encode_direct(problem) if engine == "direct" else encode_steps(problem)
+    return solve_encoding(encoding, problem, engine, deadline, seed, listed)
