@@ -13,7 +13,7 @@ import numpy as np
 
 from demospec.frames import FloatArray
 from demospec.scene._catalogue import CatalogueItem
-from demospec.scene._mesh import Mesh, bar, joined, lathe
+from demospec.scene._mesh import Mesh, bar, joined, lathe, sunk
 
 TRAIN_ITEMS, TEST_ITEMS = 16, 8
 
@@ -113,7 +113,7 @@ def make_bowl(name: str, k: int) -> Mesh:
     lip = [(0.92 * r, depth), (0.955 * r, depth + 0.0025), (0.985 * r, depth + 0.0005)]
     shell = [(0.985 * r, depth), (r, depth - 0.002), (0.8 * r, 0.45 * depth), (foot * r, 0.0)]
     parts = [
-        lathe(hollow, inside, **form),  # type: ignore[arg-type]
+        sunk(lathe(hollow, inside, **{**form, "gloss": 0.25}), 0.62),  # type: ignore[arg-type]
         lathe(lip, outside, **form),  # type: ignore[arg-type]
         lathe(shell, outside, **form),  # type: ignore[arg-type]
     ]

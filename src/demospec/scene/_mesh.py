@@ -7,7 +7,7 @@ z up. Only what can be seen from above is modelled.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -102,6 +102,17 @@ def smooth_normals(v: FloatArray, f: IntArray, crease_deg: float) -> FloatArray:
     smooth = total[corner]
     agree = (smooth * flat[:, None, :]).sum(axis=2, keepdims=True) > np.cos(np.radians(crease_deg))
     return np.asarray(np.where(agree, smooth, flat[:, None, :]))
+
+
+def sunk(part: Mesh, floor: float) -> Mesh:
+    """Darkened towards its lowest point, where `floor` of the colour is left.
+
+    The inside of a bowl sees less of the room the deeper it lies; without this it looks like
+    a ball.
+    """
+    z = part.vertices[:, 2][part.faces].mean(axis=1)
+    share = (z - z.min()) / max(float(np.ptp(z)), 1e-9)
+    return replace(part, colour=part.colour * (floor + (1.0 - floor) * share)[:, None])
 
 
 def joined(parts: Sequence[Mesh]) -> Mesh:
