@@ -162,9 +162,11 @@ def _sets(folder: Path) -> dict[str, Any]:
 
 
 def _models(folder: Path, names: tuple[str, ...]) -> dict[str, Any]:
+    """The fitted models, shown pictures only: what they know of objects they have to see."""
+    from demospec.experiments import PicturesOnly
     from demospec.specification import load_model
 
-    return {name: load_model(folder / f"model-{name}") for name in names}
+    return {name: PicturesOnly(load_model(folder / f"model-{name}")) for name in names}
 
 
 def _truth(folder: Path) -> Any:

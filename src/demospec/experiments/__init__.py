@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any
 from demospec.experiments._stages import RunRecord, Stage, run_stages
 
 if TYPE_CHECKING:
-    from demospec.experiments._split import hold_out, without_objects
+    from demospec.experiments._split import PicturesOnly, hold_out, without_objects
     from demospec.experiments._studies import accuracy_study, plan_study, repair_study
 
 __all__ = [
+    "PicturesOnly",
     "RunRecord",
     "Stage",
     "accuracy_study",
@@ -23,6 +24,7 @@ __all__ = [
 ]
 
 _HOME = {
+    "PicturesOnly": "_split",
     "accuracy_study": "_studies",
     "hold_out": "_split",
     "plan_study": "_studies",

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from demospec.demonstrations import DemonstrationSet
+from demospec.demonstrations import DemonstrationSet, ValidityModel, View
 from demospec.errors import InputError
 from demospec.scene import Scene
 
@@ -39,3 +39,22 @@ def hold_out(
 def without_objects(scenes: Sequence[Scene]) -> tuple[Scene, ...]:
     """The scenes as a camera delivers them: pictures without lists of objects."""
     return tuple(s.with_changes(objects=None, picture=s.picture) for s in scenes)
+
+
+class PicturesOnly:
+    """A model that is shown the pictures of scenes and never their lists of objects.
+
+    Some models take a list where a scene has one. Here they have to see for themselves, also
+    in scenes whose lists an intervention or the truth needs.
+    """
+
+    def __init__(self, model: ValidityModel) -> None:
+        self.model = model
+
+    @property
+    def types(self) -> tuple[str, ...]:
+        return self.model.types
+
+    def see(self, scene: Scene) -> View:
+        """Look at the picture alone; CannotJudgeError where there is none."""
+        return self.model.see(without_objects([scene])[0])

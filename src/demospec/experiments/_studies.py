@@ -9,7 +9,6 @@ import numpy as np
 
 from demospec.demonstrations import DemonstrationSet, ValidityModel, bezier_points
 from demospec.errors import InputError
-from demospec.experiments._split import without_objects
 from demospec.planning import check_plan, plan_path
 from demospec.progress import Progress, silent
 from demospec.rules import RuleSet
@@ -51,7 +50,6 @@ def repair_study(
     to find); a type without invalid starts is vacuous.
 
     Args:
-        model: Sees the scenes' pictures only.
         scenes: With their objects listed, for the truth.
         starts: Per type, spread evenly over the scenes (rounded up).
 
@@ -78,7 +76,7 @@ def repair_study(
             if valid.all() or not valid.any():
                 left_out += not valid.any()
                 continue
-            view = model.see(without_objects([scene])[0] if scene.picture is not None else scene)
+            view = model.see(scene)
             first = control[~valid][:each]
             known = np.ones(len(first), dtype=bool)
             answer = repair(view, first, type_, settings=settings, known_invalid=known)
