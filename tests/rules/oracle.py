@@ -84,24 +84,29 @@ def chosen(reading: str, square: list[Any], active: np.ndarray, cost: np.ndarray
 
 def consistent_sets(problem: RuleProblem) -> np.ndarray:
     """(n, 1 + K) every consistent (T_min, T_object…), lexicographic."""
+    sets, wrong = contradictions(problem)
+    return sets[~wrong.any(axis=1)]
+
+
+def contradictions(problem: RuleProblem) -> tuple[np.ndarray, np.ndarray]:
+    """All parameter sets, and (sets, trajectories) which labels each contradicts."""
     bounds = problem.bounds
     ranges = [range(bounds.T_min[0], bounds.T_min[1] + 1)]
     ranges += [range(bounds.T_object[0], bounds.T_object[1] + 1)] * len(problem.parameters)
     sets = np.array(list(itertools.product(*ranges)), dtype=np.int64)
-    low, high = bounds.radius
     # Sums depend on radii only: few, however many parameter sets there are.
     radii = sets[:, 1:] + sets[:, :1]
     unique, inverse = np.unique(radii, axis=0, return_inverse=True)
     sums, contact = totals(problem, unique)
     limit = problem.scale * problem.F_max * (2 * problem.scale if problem.weights == "arc" else 1)
-    good = np.ones(len(sets), dtype=bool)
+    wrong = np.zeros((len(sets), len(problem.trajectories)), dtype=bool)
     for i, path in enumerate(problem.trajectories):
         heavy = (sums[:, i] >= limit).astype(bool)[inverse.ravel()]
         touched = np.zeros(len(sets), dtype=bool)
         if contact[i] is not None:
             touched = sets[:, 0] >= contact[i]
-        good &= (~(heavy | touched)) == path.valid
-    return sets[good]
+        wrong[:, i] = (heavy | touched) == path.valid
+    return sets, wrong
 
 
 def answer_of(problem: RuleProblem) -> dict[str, Any]:

@@ -121,6 +121,8 @@ class StepRows:
         order = np.argsort(~valid, kind="stable")
         self.n_valid = int(valid.sum())
         self.closest = closest[order][self.n_valid :]
+        self.closest_valid = closest[order][: self.n_valid]
+        self.order = order
         self.limit = limit
         self.bounds = bounds
         self.origin = origin

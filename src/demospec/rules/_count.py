@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import itertools
 import time
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
 from demospec.rules._boxes import Boxes, tie
-from demospec.rules._search import LEAST_T, NONE, Search
+from demospec.rules._measure import IntArray
+from demospec.rules._search import EVERY_L, LEAST_T, Search
 
 Point = tuple[int, ...]
 
@@ -58,11 +60,11 @@ def _volume(search: Search, boxes: Boxes) -> int:
         return 0
     c, d = search.rows.bounds
     steps = int((boxes.T_high - boxes.T_low).max()) + 1
-    whole = search.window == (-int(NONE), int(NONE))
+    whole = search.window == EVERY_L
     total = 0
     for offset in range(steps):
         T = boxes.T_low + offset
-        some = T <= boxes.T_high
+        some = boxes.T_high >= T
         T = T[some]
         low = np.maximum(boxes.low[some], (T + c)[:, None])
         high = np.minimum(boxes.high[some], (T + d)[:, None])
@@ -115,7 +117,7 @@ def _list(search: Search, boxes: Boxes, points: list[Point], listed: int) -> Non
                     return
 
 
-def _with_sum(low: list[int], high: list[int], least: int, most: int):  # type: ignore[no-untyped-def]
+def _with_sum(low: list[int], high: list[int], least: int, most: int) -> Iterator[tuple[int, ...]]:
     """All radii between low and high whose sum lies between least and most, lexicographic."""
     if not low:
         if least <= 0 <= most:
@@ -130,13 +132,13 @@ def _with_sum(low: list[int], high: list[int], least: int, most: int):  # type: 
 
 
 def first_optimum(
-    search_of,
+    search_of: Callable[..., Search],
     T: tuple[int, int],
-    low,
-    high,
+    low: IntArray,
+    high: IntArray,
     L: int,
     largest_T: bool,
-    deadline: float,  # type: ignore[no-untyped-def]
+    deadline: float,
 ) -> Point | None:
     """The canonical optimum: T_min first (least or largest), then radii lexicographically.
 

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import itertools
-import math
-import time
 from collections.abc import Sequence
 from dataclasses import replace
 from math import prod
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -17,18 +15,18 @@ from demospec.rules._boxes import Rows, StepRows
 from demospec.rules._count import count_points, first_optimum
 from demospec.rules._domain import Component, Domain, tie, tighten, whole_domain
 from demospec.rules._measure import IntArray
+from demospec.rules._points import PointRows
 from demospec.rules._search import (
+    EVERY_L,
     FIRST_RADIUS,
     LEAST_L,
     LEAST_T,
     MOST_L,
     MOST_T,
-    NONE,
     Found,
     Search,
     goals_of,
 )
-from demospec.rules._points import PointRows
 from demospec.rules._steps import StepProblem, joined_points
 from demospec.rules._sweep import Slices, sweep
 
@@ -236,21 +234,33 @@ def point_rows(steps: StepProblem, limit: int | None = None) -> StepRows:
     )  # fmt: skip
 
 
+class MakeSearch(Protocol):
+    """Builds a search over part of the domain."""
+
+    def __call__(
+        self, T: tuple[int, int], low: IntArray, high: IntArray, window: tuple[int, int] = EVERY_L
+    ) -> Search: ...
+
+
 def search_rows(
     steps: StepProblem, rows: Rows, domain: Domain, listed: int, deadline: float
 ) -> InfluenceAnswer:
     """Optima, hull, ties and count of rows by branch and bound."""
-    T = (domain.T[0], domain.T[1])
-    q = len(domain.low)
 
     def search_of(
-        T: tuple[int, int],
-        low: IntArray,
-        high: IntArray,
-        window: tuple[int, int] = (-int(NONE), int(NONE)),
+        T: tuple[int, int], low: IntArray, high: IntArray, window: tuple[int, int] = EVERY_L
     ) -> Search:
         return Search(rows, T, low, high, window)
 
+    return search_everything(steps, search_of, domain, listed, deadline)
+
+
+def search_everything(
+    steps: StepProblem, search_of: MakeSearch, domain: Domain, listed: int, deadline: float
+) -> InfluenceAnswer:
+    """Optima, hull, ties and count of whatever the searches look for."""
+    T = (domain.T[0], domain.T[1])
+    q = len(domain.low)
     found = search_of(T, domain.low, domain.high).values(goals_of(q), deadline)
     if not found.any:
         if found.proven:
@@ -288,7 +298,7 @@ def search_rows(
         canonical = found.at[goal] if first is None else first
         rest = sorted(
             (p for p in points if p != canonical),
-            key=lambda p: (-p[0] if largest else p[0], p[1:]),  # noqa: B023
+            key=lambda p: (-p[0] if largest else p[0], p[1:]),
         )
         optima = tuple(_thresholds(p) for p in [canonical, *rest][: max(listed, 1)])
         fields[name] = optima[0]
@@ -307,11 +317,3 @@ def _bound(found: Found, domain: Domain) -> tuple[int, int]:
     floor = int(domain.low.sum()) - slope * domain.T[1]
     roof = int(domain.high.sum()) - slope * domain.T[0]
     return max(found.floor, floor), min(found.roof, roof)
-
-
-def no_deadline() -> float:
-    return math.inf
-
-
-def now() -> float:
-    return time.monotonic()

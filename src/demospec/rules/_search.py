@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from demospec.frames import FloatArray
 from demospec.rules._boxes import Boxes, Rows, alive, tie
 from demospec.rules._measure import IntArray
 from demospec.rules._steps import BoolArray
@@ -20,6 +21,7 @@ LEAST_L, MOST_L, LEAST_T, MOST_T, FIRST_RADIUS = 0, 1, 2, 3, 4
 _BATCH_NUMBERS = 1 << 18
 _BATCH_BOXES = 512
 NONE = np.int64(2**60)
+EVERY_L = (-int(NONE), int(NONE))
 
 
 @dataclass
@@ -67,7 +69,7 @@ class Search:
         T: tuple[int, int],
         low: IntArray,
         high: IntArray,
-        window: tuple[int, int] = (-int(NONE), int(NONE)),
+        window: tuple[int, int] = EVERY_L,
     ) -> None:
         self.rows = rows
         self.T = T
@@ -187,19 +189,18 @@ class Search:
         good = (sums[:, :v] < limit).all(axis=1) & (T_low <= T_high)
         return good, T_low, T_high
 
-    def values(self, goals: IntArray, deadline: float, found: Found | None = None) -> Found:
+    def values(self, goals: IntArray, deadline: float, enough: bool = False) -> Found:
         """The best value of every goal asked for.
 
         Args:
             deadline: On `time.monotonic`'s clock.
-            found: What is known already: consistent points of the same rows.
+            enough: Stop at the first consistent point.
         """
         count = FIRST_RADIUS + 2 * self.q
-        if found is None:
-            found = Found(np.where(np.arange(count) % 2 == 0, NONE, -NONE))
+        found = Found(np.where(np.arange(count) % 2 == 0, NONE, -NONE))
         pool = [self.root(goals)]
         while pool:
-            if time.monotonic() > deadline:
+            if time.monotonic() > deadline or (enough and found.any):
                 self._unproven(pool, found)
                 return found
             boxes = self._next(pool)
@@ -257,7 +258,7 @@ class Search:
                 self._learn(found, radii[good], T_low[good], T_high[good])
 
     def _in_window(self, radii: IntArray, T_low: IntArray, T_high: IntArray) -> BoolArray:
-        if self.window[0] == -NONE and self.window[1] == NONE:
+        if self.window == EVERY_L:
             return np.ones(len(radii), dtype=bool)
         total = radii.sum(axis=1)
         slope = self.q - 1
@@ -290,7 +291,7 @@ class Search:
 
     def _learn_boxes(self, found: Found, boxes: Boxes) -> None:
         """Everything in these boxes is consistent: their ends are attained."""
-        if self.window[0] > -NONE or self.window[1] < NONE:
+        if self.window != EVERY_L:
             self._learn_windowed(found, boxes)
             return
         tie(boxes, self.rows.bounds)
@@ -382,6 +383,10 @@ class Search:
         by_T = (open_ & (self.rows.closest <= boxes.T_high[:, None])).sum(axis=1)
         share = impact.max(axis=1, initial=-1.0)
         on_T = (boxes.T_low < boxes.T_high) & ((by_T * limit * 0.5 > share) | (share <= 0))
+        return self._halves(boxes, impact, on_T)
+
+    def _halves(self, boxes: Boxes, impact: FloatArray, on_T: BoolArray) -> Boxes:
+        """Both halves of each box, across T_min or the radius with the greatest impact."""
         k = impact.argmax(axis=1) if self.q else np.zeros(len(boxes), dtype=np.int64)
         first, second = boxes.take(np.arange(len(boxes))), boxes.take(np.arange(len(boxes)))
         T = (boxes.T_low + boxes.T_high) // 2

@@ -365,3 +365,37 @@ def joined_points(parts: list[SharedPoints]) -> SharedPoints | None:
         np.concatenate([padded(part.penalty, 0) for part in parts]),
         np.concatenate([part.weight for part in parts]),
     )
+
+
+def restrict(steps: StepProblem, keep: BoolArray) -> StepProblem:
+    """The step functions of some trajectories only.
+
+    Args:
+        keep: (n,) mask over the problem's trajectories. `rows` keep their numbers.
+    """
+    blocks = []
+    for block in steps.blocks:
+        chosen = keep[block.rows]
+        shared = block.shared
+        if shared is not None:
+            place = np.cumsum(chosen) - 1
+            mask = chosen[shared.row]
+            shared = SharedPoints(
+                place[shared.row[mask]],
+                shared.parameter[mask],
+                shared.level[mask],
+                shared.penalty[mask],
+                shared.weight[mask],
+            )
+            shared = shared if len(shared.row) else None
+        blocks.append(
+            Block(
+                block.parameters,
+                block.rows[chosen],
+                block.valid[chosen],
+                block.closest[chosen],
+                block.table[chosen],
+                shared,
+            )
+        )
+    return StepProblem(steps.problem, tuple(blocks), steps.limit, steps.unit)
