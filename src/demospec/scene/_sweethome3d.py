@@ -79,7 +79,7 @@ class Model:
     def name(self) -> str:
         """Short, unique."""
         word = self.groups[0] if self.groups else Path(self.path).stem
-        return re.sub(r"[^a-z0-9]+", "-", word.lower()).strip("-")
+        return re.sub(r"[^a-z0-9]+", "-", f"{self.library}-{word}".lower()).strip("-")
 
 
 _KL, _SC, _BY, _C0 = "KatorLegaz", "Scopia", "BlendSwap-CC-BY", "BlendSwap-CC-0"
