@@ -78,6 +78,12 @@ class Search:
         self.q = len(low)
         self.batch = max(16, min(_BATCH_BOXES, _BATCH_NUMBERS // max(1, rows.work)))
 
+    extra_goals = 0
+    """Goals beyond L, T_min and the radii."""
+
+    def _begin(self, found: Found) -> None:
+        """Called before anything is searched."""
+
     def root(self, goals: IntArray) -> Boxes:
         m = len(goals)
         return Boxes(
@@ -162,6 +168,8 @@ class Search:
                 boxes.T_low[which] = np.maximum(boxes.T_low[which], value + 1)
             else:
                 k, upper = divmod(int(g) - FIRST_RADIUS, 2)
+                if k >= self.q:
+                    continue  # an extra goal: the rows cut it
                 if upper:
                     boxes.low[which, k] = np.maximum(boxes.low[which, k], value + 1)
                 else:
@@ -196,8 +204,9 @@ class Search:
             deadline: On `time.monotonic`'s clock.
             enough: Stop at the first consistent point.
         """
-        count = FIRST_RADIUS + 2 * self.q
+        count = FIRST_RADIUS + 2 * self.q + self.extra_goals
         found = Found(np.where(np.arange(count) % 2 == 0, NONE, -NONE))
+        self._begin(found)
         pool = [self.root(goals)]
         while pool:
             if time.monotonic() > deadline or (enough and found.any):
