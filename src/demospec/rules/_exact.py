@@ -37,23 +37,26 @@ COUNT_BOXES = 50_000
 """Boxes worked on before counting is given up."""
 
 
-def solve_exact(steps: StepProblem, listed: int, deadline: float) -> InfluenceAnswer:
+def solve_exact(
+    steps: StepProblem, listed: int, deadline: float, counted: bool = True
+) -> InfluenceAnswer:
     """The whole answer, by sweep or by search.
 
     Args:
         listed: How many optima are listed.
         deadline: On `time.monotonic`'s clock.
+        counted: Whether a search goes on to count ties and consistent sets.
     """
     assert steps.limit is not None
     domain = whole_domain(steps)
     if not steps.separable:
-        return searched_points(steps, domain, listed, deadline)
+        return searched_points(steps, domain, listed, deadline, counted)
     components = tighten(steps, domain, steps.limit)
     if components is None:
         return answer(steps, "infeasible", n_feasible=0)
     if sweepable(components, domain):
         return swept(steps, components, domain, listed)
-    return searched(steps, components, domain, listed, deadline)
+    return searched(steps, components, domain, listed, deadline, counted)
 
 
 def answer(steps: StepProblem, status: Status, **fields: Any) -> InfluenceAnswer:
@@ -158,11 +161,12 @@ def searched(
     domain: Domain,
     listed: int,
     deadline: float,
+    counted: bool,
 ) -> InfluenceAnswer:
     """The whole answer by branch and bound over all components together."""
     assert steps.limit is not None
     rows = joined_rows(steps, components, domain)
-    return search_rows(steps, rows, domain, listed, deadline)
+    return search_rows(steps, rows, domain, listed, deadline, counted)
 
 
 def joined_rows(steps: StepProblem, components: Sequence[Component], domain: Domain) -> StepRows:
@@ -185,7 +189,7 @@ def joined_rows(steps: StepProblem, components: Sequence[Component], domain: Dom
 
 
 def searched_points(
-    steps: StepProblem, domain: Domain, listed: int, deadline: float
+    steps: StepProblem, domain: Domain, listed: int, deadline: float, counted: bool
 ) -> InfluenceAnswer:
     """The whole answer by branch and bound, for readings that do not separate."""
     assert steps.limit is not None
@@ -195,7 +199,7 @@ def searched_points(
     tie(domain, problem.bounds.T_object)
     if domain.empty:
         return answer(steps, "infeasible", n_feasible=0)
-    return search_rows(steps, point_rows(steps), domain, listed, deadline)
+    return search_rows(steps, point_rows(steps), domain, listed, deadline, counted)
 
 
 def point_rows(steps: StepProblem, limit: int | None = None) -> StepRows:
@@ -243,7 +247,12 @@ class MakeSearch(Protocol):
 
 
 def search_rows(
-    steps: StepProblem, rows: Rows, domain: Domain, listed: int, deadline: float
+    steps: StepProblem,
+    rows: Rows,
+    domain: Domain,
+    listed: int,
+    deadline: float,
+    counted: bool = True,
 ) -> InfluenceAnswer:
     """Optima, hull, ties and count of rows by branch and bound."""
 
@@ -252,11 +261,16 @@ def search_rows(
     ) -> Search:
         return Search(rows, T, low, high, window)
 
-    return search_everything(steps, search_of, domain, listed, deadline)
+    return search_everything(steps, search_of, domain, listed, deadline, counted)
 
 
 def search_everything(
-    steps: StepProblem, search_of: MakeSearch, domain: Domain, listed: int, deadline: float
+    steps: StepProblem,
+    search_of: MakeSearch,
+    domain: Domain,
+    listed: int,
+    deadline: float,
+    counted: bool = True,
 ) -> InfluenceAnswer:
     """Optima, hull, ties and count of whatever the searches look for."""
     T = (domain.T[0], domain.T[1])
@@ -290,6 +304,9 @@ def search_everything(
             hull_exact=False,
             **fields,
         )
+    if not counted:
+        ends = (_thresholds(found.at[LEAST_L]), _thresholds(found.at[MOST_L]))
+        return answer(steps, "optimal", min=ends[0], max=ends[1], **fields)
     for name, goal, largest in (("min", LEAST_L, False), ("max", MOST_L, True)):
         L = int(best[goal])
         first = first_optimum(search_of, T, low, high, L, largest, deadline)
