@@ -14,10 +14,13 @@ from demospec.rules._results import ClearanceRule, RuleSet, RuleView, TypeRules
 if TYPE_CHECKING:
     from demospec.rules._answer import InfluenceAnswer, describe_influence
     from demospec.rules._clearance import ClearanceFit, fit_clearance
+    from demospec.rules._conflict import minimal_conflict
     from demospec.rules._documents import read_rules, rules_document, rules_from_document
     from demospec.rules._evaluate import evaluate_rule
     from demospec.rules._features import PointFeature, register_feature
+    from demospec.rules._fmax import FmaxAnswer, identify_F_max
     from demospec.rules._learn import learn_rules
+    from demospec.rules._positive import PositiveAnswer, solve_positive
     from demospec.rules._problem import (
         Bounds,
         RuleObject,
@@ -27,9 +30,22 @@ if TYPE_CHECKING:
         problem_from_document,
         read_problem,
     )
+    from demospec.rules._sets import ConsistentSets, consistent_sets
     from demospec.rules._solve import solve
+    from demospec.rules._sweep_grid import ThresholdGrid, WidthCurve, threshold_grid, width_curve
 
 __all__ = [
+    "minimal_conflict",
+    "WidthCurve",
+    "width_curve",
+    "ThresholdGrid",
+    "threshold_grid",
+    "FmaxAnswer",
+    "identify_F_max",
+    "PositiveAnswer",
+    "solve_positive",
+    "ConsistentSets",
+    "consistent_sets",
     "register_feature",
     "PointFeature",
     "evaluate_rule",
@@ -57,6 +73,17 @@ __all__ = [
 ]
 
 _HOME = {
+    "minimal_conflict": "_conflict",
+    "WidthCurve": "_sweep_grid",
+    "width_curve": "_sweep_grid",
+    "ThresholdGrid": "_sweep_grid",
+    "threshold_grid": "_sweep_grid",
+    "FmaxAnswer": "_fmax",
+    "identify_F_max": "_fmax",
+    "PositiveAnswer": "_positive",
+    "solve_positive": "_positive",
+    "ConsistentSets": "_sets",
+    "consistent_sets": "_sets",
     "register_feature": "_features",
     "PointFeature": "_features",
     "evaluate_rule": "_evaluate",
