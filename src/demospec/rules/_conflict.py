@@ -7,7 +7,7 @@ import time
 
 import numpy as np
 
-from demospec.rules._domain import tie, tighten, whole_domain
+from demospec.rules._domain import contact_domain, tighten, whole_domain
 from demospec.rules._exact import joined_rows, point_rows, sweepable
 from demospec.rules._problem import RuleProblem
 from demospec.rules._search import LEAST_T, Search
@@ -74,7 +74,7 @@ def feasible(steps: StepProblem, keep: BoolArray, deadline: float = math.inf) ->
         raise TimeoutError
     part = restrict(steps, keep)
     assert part.limit is not None
-    domain = whole_domain(part)
+    domain = whole_domain(part) if part.separable else contact_domain(part)
     bounds = part.problem.bounds.T_object
     if part.separable:
         components = tighten(part, domain, part.limit)
@@ -88,9 +88,6 @@ def feasible(steps: StepProblem, keep: BoolArray, deadline: float = math.inf) ->
             return bool(alive.any())
         rows = joined_rows(part, components, domain)
     else:
-        good = [int(c) for b in part.blocks for c in b.closest[b.valid]]
-        domain.T[1] = min([domain.T[1], *(c - 1 for c in good)])
-        tie(domain, bounds)
         if domain.empty:
             return False
         rows = point_rows(part)

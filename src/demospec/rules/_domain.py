@@ -63,6 +63,15 @@ def whole_domain(steps: StepProblem) -> Domain:
     return Domain(list(bounds.T_min), np.full(count, low), np.full(count, high))
 
 
+def contact_domain(steps: StepProblem) -> Domain:
+    """The box that the bounds and the contacts of valid rows allow; may be empty."""
+    domain = whole_domain(steps)
+    good = [int(c) for block in steps.blocks for c in block.closest[block.valid]]
+    domain.T[1] = min([domain.T[1], *(c - 1 for c in good)])
+    tie(domain, steps.problem.bounds.T_object)
+    return domain
+
+
 def tie(domain: Domain, bounds: tuple[int, int]) -> None:
     """T_min + c ≤ r_k ≤ T_min + d, both ways."""
     c, d = bounds
@@ -81,10 +90,7 @@ def tighten(steps: StepProblem, domain: Domain, limit: int) -> list[Component] |
     Only for readings that separate into step functions (`StepProblem.separable`).
     """
     bounds = steps.problem.bounds.T_object
-    for block in steps.blocks:
-        good = block.closest[block.valid]
-        if len(good):
-            domain.T[1] = min(domain.T[1], int(good.min()) - 1)
+    domain.T[1] = min(domain.T[1], contact_domain(steps).T[1])
     left = {b: np.arange(len(block.rows)) for b, block in enumerate(steps.blocks)}
     moved = True
     while moved:

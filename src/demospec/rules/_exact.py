@@ -13,7 +13,7 @@ import numpy as np
 from demospec.rules._answer import InfluenceAnswer, Parameters, Status
 from demospec.rules._boxes import Rows, StepRows
 from demospec.rules._count import count_points, first_optimum
-from demospec.rules._domain import Component, Domain, tie, tighten, whole_domain
+from demospec.rules._domain import Component, Domain, contact_domain, tighten, whole_domain
 from demospec.rules._measure import IntArray
 from demospec.rules._points import PointRows
 from demospec.rules._search import (
@@ -48,9 +48,9 @@ def solve_exact(
         counted: Whether a search goes on to count ties and consistent sets.
     """
     assert steps.limit is not None
-    domain = whole_domain(steps)
     if not steps.separable:
-        return searched_points(steps, domain, listed, deadline, counted)
+        return searched_points(steps, listed, deadline, counted)
+    domain = whole_domain(steps)
     components = tighten(steps, domain, steps.limit)
     if components is None:
         return answer(steps, "infeasible", n_feasible=0)
@@ -189,14 +189,11 @@ def joined_rows(steps: StepProblem, components: Sequence[Component], domain: Dom
 
 
 def searched_points(
-    steps: StepProblem, domain: Domain, listed: int, deadline: float, counted: bool
+    steps: StepProblem, listed: int, deadline: float, counted: bool
 ) -> InfluenceAnswer:
     """The whole answer by branch and bound, for readings that do not separate."""
     assert steps.limit is not None
-    problem = steps.problem
-    good = [int(c) for b in steps.blocks for c in b.closest[b.valid]]
-    domain.T[1] = min([domain.T[1], *(c - 1 for c in good)])
-    tie(domain, problem.bounds.T_object)
+    domain = contact_domain(steps)
     if domain.empty:
         return answer(steps, "infeasible", n_feasible=0)
     return search_rows(steps, point_rows(steps), domain, listed, deadline, counted)

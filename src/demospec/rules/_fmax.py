@@ -15,8 +15,7 @@ from typing import Any
 import numpy as np
 
 from demospec.rules._boxes import Boxes, StepRows, alive, tie
-from demospec.rules._domain import tie as tie_domain
-from demospec.rules._domain import whole_domain
+from demospec.rules._domain import contact_domain
 from demospec.rules._exact import point_rows
 from demospec.rules._measure import IntArray
 from demospec.rules._problem import RuleProblem
@@ -81,10 +80,7 @@ def identify_F_max(problem: RuleProblem, time_limit_s: float | None = None) -> F
     deadline = began + (math.inf if time_limit_s is None else time_limit_s)
     steps = step_problem(_without_limit(problem))
     rows = _JointRows(steps)
-    domain = whole_domain(steps)
-    good = [int(c) for b in steps.blocks for c in b.closest[b.valid]]
-    domain.T[1] = min([domain.T[1], *(c - 1 for c in good)])
-    tie_domain(domain, problem.bounds.T_object)
+    domain = contact_domain(steps)
 
     def finish(status: str, **fields: Any) -> FmaxAnswer:
         return FmaxAnswer(status, problem.parameters, time.monotonic() - began, **fields)

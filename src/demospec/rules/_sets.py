@@ -11,8 +11,7 @@ import numpy as np
 
 from demospec.errors import InputError
 from demospec.rules._boxes import Boxes, tie
-from demospec.rules._domain import Component, Domain, tighten, whole_domain
-from demospec.rules._domain import tie as tie_domain
+from demospec.rules._domain import Component, Domain, contact_domain, tighten, whole_domain
 from demospec.rules._exact import joined_rows, point_rows, sweepable
 from demospec.rules._measure import IntArray
 from demospec.rules._problem import RuleProblem
@@ -75,7 +74,7 @@ def consistent_sets(
             (domain.T[0], domain.T[1]), domain.low, domain.high,
         )  # fmt: skip
     else:
-        tie_domain(domain, problem.bounds.T_object)
+        domain = contact_domain(steps)
         if domain.empty:
             return nothing
         rows = point_rows(steps)
