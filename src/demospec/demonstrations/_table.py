@@ -77,7 +77,7 @@ def parquet_faults(file: Path) -> Iterator[None]:
 
     try:
         yield
-    except (pa.ArrowException, OSError, MemoryError, OverflowError) as error:
+    except (pa.ArrowException, OSError, MemoryError, OverflowError, UnicodeError) as error:
         found = str(error).split("\n")[0] or type(error).__name__
         raise InputError("a Parquet file", found, file=file) from error
 
@@ -99,10 +99,10 @@ def from_arrow(table: pa.Table, *, file: Path, columns: int, first_row: int = 0)
     known = np.asarray(valid.is_valid().to_numpy(zero_copy_only=False), dtype=bool)
     truth = np.asarray(valid.fill_null(False).to_numpy(zero_copy_only=False), dtype=np.int8)
     return Demonstrations(
-        demo_id=_text(demo_id),
-        scene_id=_text(scene_id),
-        type=_text(type_),
-        demonstrator=_text(demonstrator),
+        demo_id=_text(demo_id, "demo_id", file),
+        scene_id=_text(scene_id, "scene_id", file),
+        type=_text(type_, "type", file),
+        demonstrator=_text(demonstrator, "demonstrator", file),
         valid=np.where(known, truth, -1).astype(np.int8),
         flat=flat,
         offsets=offsets,
@@ -168,9 +168,12 @@ def _is_text(kind: pa.DataType) -> bool:
     return bool(t.is_string(kind) or t.is_large_string(kind) or t.is_string_view(kind))
 
 
-def _text(column: Any) -> np.ndarray:
+def _text(column: Any, name: str, file: Path) -> np.ndarray:
     out = np.empty(len(column), dtype=object)
-    out[:] = column.to_pylist()
+    try:
+        out[:] = column.to_pylist()
+    except UnicodeDecodeError as error:  # Parquet does not check what its writer called text
+        raise InputError("UTF-8 text", "other bytes", file=file, field=name) from error
     return out
 
 
