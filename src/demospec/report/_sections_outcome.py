@@ -77,8 +77,10 @@ def _plan_pictures(run: Run, types: list[str]) -> Figure:
             where = cost_map(rules, scene, type_)
             x0, y0, x1, y1 = where.bounds
             price = np.asarray(where.array)
-            shown = np.ma.masked_less_equal(price, price.min())
-            ax.imshow(shown, extent=(x0, x1, y1, y0), cmap="Oranges", alpha=0.6, vmin=price.min())
+            dear = price > price.min()
+            if dear.any():
+                shown = np.ma.masked_where(~dear, price)
+                ax.imshow(shown, extent=(x0, x1, y1, y0), cmap="Oranges", alpha=0.6, vmin=1.0)
             draw_path(ax, np.asarray(found[scene.scene_id, type_]["points"]), True, linewidth=2)
     return Figure(
         to_png(figure),
