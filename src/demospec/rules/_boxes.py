@@ -206,7 +206,8 @@ class StepRows:
         self, steps: IntArray, k: int, boxes: Boxes, at: IntArray, room: IntArray
     ) -> IntArray:
         """Largest radius at which every row fits its room; the least radius always does."""
-        low, high = boxes.low[at, k].copy(), boxes.high[at, k] - 1
+        low: IntArray = boxes.low[at, k].copy()
+        high = boxes.high[at, k] - 1
         origin = self.origin[k]
         while (open_ := low < high).any():
             middle = (low + high + 1) // 2
@@ -219,7 +220,8 @@ class StepRows:
         self, steps: IntArray, k: int, boxes: Boxes, at: IntArray, need: IntArray
     ) -> IntArray:
         """Smallest radius at which every row has what it needs; the greatest always does."""
-        low, high = np.minimum(boxes.low[at, k] + 1, boxes.high[at, k]), boxes.high[at, k].copy()
+        low = np.minimum(boxes.low[at, k] + 1, boxes.high[at, k])
+        high: IntArray = boxes.high[at, k].copy()
         origin = self.origin[k]
         while (open_ := low < high).any():
             middle = (low + high) // 2

@@ -82,7 +82,7 @@ def _volume(search: Search, boxes: Boxes) -> int:
     return total
 
 
-def _product(size: np.ndarray) -> int:  # type: ignore[type-arg]
+def _product(size: IntArray) -> int:
     """Σ over rows of the product of sizes, beyond 64 bits where need be."""
     if size.shape[0] == 0:
         return 0

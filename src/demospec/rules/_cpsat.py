@@ -160,10 +160,10 @@ def solve_encoding(
         hull.append((ends[0], ends[1]))
     fields: dict[str, Any] = {}
     for name, point, largest in (("min", least, False), ("max", most, True)):
-        ties = run.enumerate(encoding.L == sum(point), ENUMERATED)
+        ties = run.enumerate(sum(point) == encoding.L, ENUMERATED)
         fields[f"n_optima_{name}"] = None if ties is None else len(ties)
         found = ties or [_canonical(run, sum(point), largest, deadline) or point]
-        order = sorted(found, key=lambda p: (-p[0] if largest else p[0], p[1:]))  # noqa: B023
+        order = sorted(found, key=lambda p: (-p[0] if largest else p[0], p[1:]))
         fields[f"optima_{name}"] = tuple(order[: max(listed, 1)])
         fields[name] = order[0]
     everything = run.enumerate(None, ENUMERATED)

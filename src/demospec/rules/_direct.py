@@ -52,7 +52,7 @@ def _trajectory(encoding: Encoding, problem: RuleProblem, path: RuleTrajectory, 
         penalties = [exact_penalty(square, problem.scale) for square in squares]
         order = list(range(len(objects)))
         if problem.reading in ("nearest", "nearest_active"):
-            order.sort(key=lambda k: squares[k])  # noqa: B023
+            order.sort(key=lambda k: squares[k])
         terms = _point(encoding, problem, columns, order, inside, penalties)
         cost.extend((weight[i], term) for term in terms)
     total = sum(w * term for w, term in cost)

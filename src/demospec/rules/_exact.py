@@ -28,7 +28,7 @@ from demospec.rules._search import (
     goals_of,
 )
 from demospec.rules._steps import StepProblem, joined_points
-from demospec.rules._sweep import Slices, sweep
+from demospec.rules._sweep import SliceTable, sweep
 
 SWEEP_CELLS = 20_000_000
 """Largest number of cells, rows and T_min counted, that is swept rather than searched."""
@@ -95,7 +95,7 @@ def swept(
 
 
 def combine(
-    steps: StepProblem, parts: Sequence[Slices], T: IntArray, listed: int
+    steps: StepProblem, parts: Sequence[SliceTable], T: IntArray, listed: int
 ) -> InfluenceAnswer:
     """Puts components together: for one T_min they do not know of each other."""
     count = len(steps.problem.parameters)
@@ -134,7 +134,12 @@ def combine(
 
 
 def _listed(
-    parts: Sequence[Slices], T: IntArray, at: Sequence[int], largest: bool, limit: int, count: int
+    parts: Sequence[SliceTable],
+    T: IntArray,
+    at: Sequence[int],
+    largest: bool,
+    limit: int,
+    count: int,
 ) -> tuple[Parameters, ...]:
     """Optima in the order of the canonical choice, up to a limit (at least one)."""
     rows: list[Parameters] = []

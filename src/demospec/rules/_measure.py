@@ -140,7 +140,7 @@ class Batch:
         value = np.sqrt((steps**2).sum(axis=1))
         # No penalty limit reaches 2^53: a longer step counts as that.
         scaled = np.minimum(value * scale, 2.0**53)
-        rounded = np.floor(scaled + 0.5).astype(np.int64)
+        rounded: IntArray = np.floor(scaled + 0.5).astype(np.int64)
         slack = 16 * _EPS * scale * (2 * self.largest) + 8 * _EPS * (scaled + 1)
         doubtful = np.abs(scaled + 0.5 - np.rint(scaled + 0.5)) <= slack
         if self.quantum == 1 and scale * self.largest < 2**21:

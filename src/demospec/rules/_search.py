@@ -101,14 +101,16 @@ class Search:
         T = np.clip(boxes.low.max(axis=1, initial=0) - c, boxes.T_low, boxes.T_high)
         if self.q == 0:
             T = boxes.T_low
-        return np.maximum(boxes.low, (T + c)[:, None]).sum(axis=1) - (self.q - 1) * T
+        least: IntArray = np.maximum(boxes.low, (T + c)[:, None]).sum(axis=1) - (self.q - 1) * T
+        return least
 
     def most_L(self, boxes: Boxes) -> IntArray:
         d = self.rows.bounds[1]
         if self.q == 0:
             return boxes.T_high
         T = np.clip(boxes.high.min(axis=1) - d, boxes.T_low, boxes.T_high)
-        return np.minimum(boxes.high, (T + d)[:, None]).sum(axis=1) - (self.q - 1) * T
+        most: IntArray = np.minimum(boxes.high, (T + d)[:, None]).sum(axis=1) - (self.q - 1) * T
+        return most
 
     def _at_most(self, boxes: Boxes, which: IntArray, bound: IntArray | int) -> None:
         """L ≤ bound, in place."""
@@ -180,7 +182,7 @@ class Search:
         v, limit = self.rows.n_valid, self.rows.limit
         good = (ceiling[:, :v] < limit).all(axis=1)
         bad = (floor[:, v:] >= limit) | (self.rows.closest <= boxes.T_low[:, None])
-        done: BoolArray = good & bad.all(axis=1)
+        done: BoolArray = np.logical_and(good, bad.all(axis=1))
         return done
 
     def _points(self, radii: IntArray, sums: IntArray) -> tuple[BoolArray, IntArray, IntArray]:

@@ -10,6 +10,7 @@ from math import prod
 import numpy as np
 
 from demospec.errors import InputError
+from demospec.frames import FloatArray
 from demospec.rules._boxes import Boxes, tie
 from demospec.rules._domain import Component, Domain, contact_domain, tighten, whole_domain
 from demospec.rules._exact import joined_rows, point_rows, sweepable
@@ -132,7 +133,7 @@ def _sampled(
             # Open boxes are taken in random order, so that no corner is preferred.
             halves = search._split(boxes, floor, ceiling)
             pool.append(halves.take(rng.permutation(len(halves))))
-            rng.shuffle(pool)  # type: ignore[arg-type]
+            rng.shuffle(pool)
     if not proven:
         empty = np.zeros((0, 1 + search.q), dtype=np.int64)
         return ConsistentSets(empty, not pool, 0 if not pool else None)
@@ -147,7 +148,7 @@ def _sampled(
     return ConsistentSets(np.column_stack([drawn[:, 0], radii - drawn[:, :1]]), False, total)
 
 
-def _slices(search: Search, boxes: Boxes) -> tuple[IntArray, np.ndarray]:  # type: ignore[type-arg]
+def _slices(search: Search, boxes: Boxes) -> tuple[IntArray, FloatArray]:
     """(s, 1 + 2q) T_min, least and greatest radii of each slice of each box; their sizes."""
     c, d = search.rows.bounds
     size = boxes.T_high - boxes.T_low + 1

@@ -99,6 +99,8 @@ def step_problem(problem: RuleProblem) -> StepProblem:
     """
     unit = problem.scale if problem.weights == "points" else 2 * problem.scale**2
     limit = None if problem.F_max is None else unit * problem.F_max
+    if limit is not None and limit >= 2**53:
+        raise InputError("F_max (in units of its scale) below 2^53", limit, field="F_max")
     by_scene: dict[int, list[int]] = {}
     for i, path in enumerate(problem.trajectories):
         by_scene.setdefault(path.scene, []).append(i)

@@ -9,6 +9,7 @@ and the number of consistent parameters all come from those intervals.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -16,6 +17,28 @@ from demospec.rules._domain import Component
 from demospec.rules._measure import IntArray
 
 _CHUNK_CELLS = 1 << 18
+
+
+class SliceTable(Protocol):
+    """What putting components together asks of each, T_min by T_min. See `Slices`."""
+
+    @property
+    def component(self) -> Component: ...
+    @property
+    def count(self) -> IntArray: ...
+    @property
+    def least(self) -> IntArray: ...
+    @property
+    def n_least(self) -> IntArray: ...
+    @property
+    def most(self) -> IntArray: ...
+    @property
+    def n_most(self) -> IntArray: ...
+    @property
+    def low(self) -> IntArray: ...
+    @property
+    def high(self) -> IntArray: ...
+    def optima(self, t: int, largest: bool, limit: int) -> IntArray: ...
 
 
 @dataclass(frozen=True)
@@ -46,9 +69,9 @@ class Slices:
         others, low, high = self.grid.intervals(int(self.T[t]))
         found = low <= high
         last = (high if largest else low)[found]
-        radii = np.column_stack([others[found], last])
+        radii: IntArray = np.column_stack([others[found], last])
         radii = radii[radii.sum(axis=1) == goal][:, np.argsort(self.grid.order)]
-        return radii[np.lexsort(radii.T[::-1])][:limit]
+        return first_rows(radii, limit)
 
     def consistent(self, t: int) -> IntArray:
         """(count, q) all consistent radii at slice t."""
@@ -60,6 +83,12 @@ class Slices:
         last = np.repeat(low, sizes) + np.arange(int(sizes.sum())) - start
         radii = np.column_stack([np.repeat(others, sizes, axis=0), last])
         return radii[:, np.argsort(self.grid.order)]
+
+
+def first_rows(rows: IntArray, limit: int) -> IntArray:
+    """The first rows in lexicographic order."""
+    chosen: IntArray = rows[np.lexsort(rows.T[::-1])[:limit]]
+    return chosen
 
 
 class Grid:
@@ -96,11 +125,11 @@ class Grid:
         levels = np.unique(np.minimum(part.closest[rows], T[-1] + 1))
         self.levels = levels  # ascending
         lower = np.zeros((len(levels) + 1, len(cells)), dtype=np.int64)
-        for i in np.flatnonzero(part.valid):
+        for i in np.flatnonzero(part.valid).tolist():
             np.minimum(upper, self._first(i, cells, last, width, limit) - 1, out=upper)
         running = np.zeros(len(cells), dtype=np.int64)
         at = len(levels) - 1
-        for i in rows:
+        for i in rows.tolist():
             level = min(int(part.closest[i]), int(T[-1]) + 1)
             while levels[at] > level:
                 lower[at] = running

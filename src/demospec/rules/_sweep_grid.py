@@ -156,7 +156,7 @@ class _Nested:
         inside, _, _ = grid.limits(T)
         self.t, self.cell = np.nonzero(inside)
         self.T = T[self.t]
-        dtype = np.int16 if high < 2**14 else np.int32
+        dtype: Any = np.int16 if high < 2**14 else np.int32
         # Offsets of the last radius against T_min + c, so that the bounds are 0 and d − c.
         self.base = (self.T + c).astype(dtype)
         self.span = d - c
@@ -199,7 +199,7 @@ class _Nested:
 
     def _upper(self, order: IntArray, counts: Sequence[int] | IntArray) -> IntArray:
         """(P, x) greatest offset of the last radius after so many good rows; −1 if none."""
-        running = np.full(self.first.shape[1], np.iinfo(self.first.dtype).max, self.first.dtype)
+        running = self.first.max(axis=0)
         contact = math.inf
         rows = []
         at = 0
@@ -210,7 +210,7 @@ class _Nested:
                 contact = min(contact, int(self.closest[j]))
             at = int(count)
             offset = np.minimum(running[self.cell] - 1 - self.base, self.span)
-            rows.append(np.where(self.T < contact, offset, -1).astype(self.first.dtype))
+            rows.append(np.where(contact > self.T, offset, -1).astype(self.first.dtype))
         return np.stack(rows)
 
     def _lower(self, order: IntArray, counts: Sequence[int] | IntArray) -> IntArray:

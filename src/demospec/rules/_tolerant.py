@@ -19,7 +19,7 @@ from demospec.rules._measure import IntArray
 from demospec.rules._problem import RuleProblem
 from demospec.rules._search import EVERY_L, LEAST_T, Found, Search
 from demospec.rules._steps import Block, BoolArray, StepProblem, step_problem
-from demospec.rules._sweep import Grid
+from demospec.rules._sweep import Grid, first_rows
 
 GRID_CELLS = 40_000_000
 """Most (T_min, radii) cells that are counted one by one; beyond it boxes are searched."""
@@ -103,7 +103,7 @@ class _Cells:
         last = int(self.grid.order[-1])
         m = len(cells)
         at = np.arange(m)
-        change = np.zeros((m, width + 1), dtype=np.int32)
+        change = np.zeros((m, width + 1), dtype=np.int64)
         firsts = [grid._first(i, cells, last, width, limit) for i in range(len(block.rows))]
         for i, first in enumerate(firsts):
             self._add(change, at, first, bool(block.valid[i]), 1)
@@ -147,10 +147,8 @@ class _Cells:
         self.count = np.zeros(size, dtype=np.int64)
         self.least, self.most = self.count.copy(), self.count.copy()
         self.n_least, self.n_most = self.count.copy(), self.count.copy()
-        self.low, self.high = (
-            np.zeros((size, q), dtype=np.int64),
-            np.zeros((size, q), dtype=np.int64),
-        )
+        self.low = np.zeros((size, q), dtype=np.int64)
+        self.high = self.low.copy()
         for t in np.flatnonzero(best):
             radii = self.consistent(int(t))
             total = radii.sum(axis=1)
@@ -172,7 +170,7 @@ class _Cells:
         radii = self.consistent(t)
         goal = self.most[t] if largest else self.least[t]
         radii = radii[radii.sum(axis=1) == goal]
-        return radii[np.lexsort(radii.T[::-1])][:limit]
+        return first_rows(radii, limit)
 
 
 def _by_grid(steps: StepProblem, listed: int) -> InfluenceAnswer:
