@@ -100,6 +100,13 @@ def demo_stages(s: DemoSettings) -> tuple[Stage, ...]:
             rules_document(learn_rules(_sets(folder)["train"], progress=progress)),
         )
 
+    def audit(folder: Path, progress: Progress) -> None:
+        from demospec.specification import audit_set
+
+        write_json(
+            folder / "audit.json", audit_set(_sets(folder)["train"], progress=progress).to_json()
+        )
+
     def causes(folder: Path, progress: Progress) -> None:
         from demospec.causal import Settings, find_causes
 
@@ -143,11 +150,14 @@ def demo_stages(s: DemoSettings) -> tuple[Stage, ...]:
         *(Stage(f"model-{m}", f"fit the {m} model", fit(m), {}, ("set",)) for m in s.models),
         Stage("accuracy.json", "judge held-out demonstrations", accuracy, {}, ("set", *fits)),
         Stage("rules.json", "learn the rules", rules, {}, ("set",)),
+        Stage("audit.json", "look for contradictions", audit, {}, ("set",)),
         Stage("causes.json", "find the causes", causes, {}, ("set", *fits)),
         Stage("plans.json", "plan in unseen scenes", plans, {}, ("set", "rules.json")),
         Stage("repairs.json", "repair rejected trajectories", repairs, {}, ("set", *fits)),
-        Stage("report.html", "write the report", report, {}, ("accuracy.json", "rules.json",
-              "causes.json", "plans.json", "repairs.json")),
+        Stage("report.html", "write the report", report, {}, (
+            "accuracy.json", "rules.json", "audit.json", "causes.json", "plans.json",
+            "repairs.json",
+        )),
     )  # fmt: skip
 
 

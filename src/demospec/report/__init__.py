@@ -9,6 +9,7 @@ from demospec.report._render import render_html, write_html, write_markdown
 from demospec.report._view import Figure, Report, Section, Table, Text
 
 if TYPE_CHECKING:
+    from demospec.report._audit_picture import audit_picture
     from demospec.report._build import build_report
     from demospec.report._causal_picture import draw_causal_picture, save_causal_picture
 
@@ -18,6 +19,7 @@ __all__ = [
     "Section",
     "Table",
     "Text",
+    "audit_picture",
     "build_report",
     "draw_causal_picture",
     "render_html",
@@ -28,6 +30,8 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
+    if name == "audit_picture":
+        return importlib.import_module("demospec.report._audit_picture").audit_picture
     if name == "build_report":
         return importlib.import_module("demospec.report._build").build_report
     if name in ("draw_causal_picture", "save_causal_picture"):

@@ -78,13 +78,18 @@ def draw_scene(ax: Axes, scene: Scene, title: str = "", *, outlines: bool = Fals
 
 def draw_path(ax: Axes, path: FloatArray, valid: bool | None, **style: Any) -> None:
     """One path: accepted solid blue, rejected dashed orange, not said dotted black."""
-    looks = {
+    by_verdict: dict[bool | None, dict[str, Any]] = {
         True: {"color": ACCEPTED, "linestyle": "-"},
         False: {"color": REJECTED, "linestyle": (0, (4, 2))},
         None: {"color": NEUTRAL, "linestyle": ":"},
-    }[valid]
+    }
+    from matplotlib.patheffects import withStroke
+
     xy = np.asarray(path)[:, :2]
-    ax.plot(xy[:, 0], xy[:, 1], **{"linewidth": 1.2, "alpha": 0.9, **looks, **style})
+    looks = {"linewidth": 1.2, "alpha": 0.95, **by_verdict[valid], **style}
+    # A white halo keeps the line readable on every table.
+    halo = withStroke(linewidth=float(looks["linewidth"]) + 1.4, foreground="white", alpha=0.7)
+    ax.plot(xy[:, 0], xy[:, 1], path_effects=[halo], **looks)
 
 
 def demonstrations_picture(

@@ -8,9 +8,6 @@ import numpy as np
 
 from demospec.report._build import Run
 from demospec.report._scene_picture import (
-    ACCEPTED,
-    NEUTRAL,
-    REJECTED,
     draw_path,
     draw_scene,
     new_figure,
@@ -37,12 +34,13 @@ def plans(run: Run) -> Section | None:
                 str(len(found)),
                 f"{sum(p['obeys'] for p in found)} / {len(found)}",
                 f"{sum(bool(p.get('true_obeys')) for p in found)} / {len(found)}",
-                f"{np.median(ratio):.3f}" if ratio else "–",
+                f"{np.mean(ratio):.3f}" if ratio else "–",
+                f"{max(ratio):.3f}" if ratio else "–",
             )
         )
     header = (
         "type", "scenes", "plan found", "keeps the learned rule", "keeps the true rule",
-        "median length / straight line",
+        "mean length / straight line", "longest / straight line",
     )  # fmt: skip
     missing = [p for p in every if p["status"] != "found"]
     reasons = "; ".join(f"scene {p['scene']}, {p['type']}: {p['reason']}" for p in missing[:3])
@@ -107,7 +105,7 @@ def accuracy(run: Run) -> Section | None:
                         str(s["n"]),
                         percent(s["accuracy"]),
                         _balanced(s),
-                        bracket([100 * v for v in s["interval"]]) + " %",
+                        bracket([100 * v for v in s["interval"]], 0) + "\u00a0%",
                         _balanced(far) if far else "–",
                         percent(s["majority"]),
                     )
@@ -198,9 +196,8 @@ def _repair_picture(run: Run) -> Figure | None:
             shade = 0.15 + 0.75 * k / max(1, len(steps) - 1)
             xy = np.asarray(path)
             ax.plot(*xy.T, color=(0.25 * shade, 0.55 * shade, 0.25 + 0.75 * shade), linewidth=1)
-        last = ACCEPTED if example["rule_valid"] else REJECTED
-        ax.plot(*np.asarray(steps[-1]).T, color=last, linewidth=2)
-        ax.plot(*np.asarray(steps[0]).T, color=NEUTRAL, linewidth=1.2, linestyle=":")
+        draw_path(ax, np.asarray(steps[0]), None, linewidth=1.4)
+        draw_path(ax, np.asarray(steps[-1]), bool(example["rule_valid"]), linewidth=2)
     return Figure(
         to_png(figure),
         "Repairs in unseen scenes: dotted the rejected path, then each step from dark to light, "

@@ -62,13 +62,14 @@ def percent(value: float | None, digits: int = 1) -> str:
 
 
 def number(value: float | None, digits: int = 2) -> str:
-    """A number with fixed digits, or a dash."""
-    return "–" if value is None else f"{value:.{digits}f}"
+    """A number with fixed digits and no negative zero, or a dash."""
+    return "–" if value is None else f"{round(value, digits) + 0.0:.{digits}f}"
 
 
 def bracket(pair: Sequence[float | None] | None, digits: int = 1) -> str:
     """``[1.0, 2.0]``, or a dash; an end that does not exist (None) is said in words."""
     if pair is None:
         return "–"
-    ends = ["unbounded" if v is None else f"{v:.{digits}f}" for v in pair]
-    return f"[{ends[0]}, {ends[1]}]"
+    ends = ["unbounded" if v is None else number(v, digits) for v in pair]
+    # Blanks that do not break keep an interval on one line.
+    return f"[{ends[0]},\u00a0{ends[1]}]"
