@@ -34,6 +34,8 @@ def count_points(
     while pool:
         if time.monotonic() > deadline or worked > most_boxes:
             return None, points
+        if worked > most_boxes // 8 and _hopeless(search, pool, worked / most_boxes):
+            return None, points
         boxes = search._cut(search._next(pool), None)
         if len(boxes) == 0:
             continue
@@ -52,6 +54,15 @@ def count_points(
         if len(boxes):
             pool.append(search._split(boxes, floor, ceiling))
     return total, points
+
+
+def _hopeless(search: Search, pool: list[Boxes], spent: float) -> bool:
+    """Whether much more of the domain is open than of the boxes is left."""
+    low, high = search.low.astype(np.float64), search.high.astype(np.float64)
+    whole = float(np.log(high - low + 1).sum())
+    sizes = [np.log(np.maximum(b.high - b.low + 1, 1).astype(np.float64)).sum(axis=1) for b in pool]
+    still_open = float(np.exp(np.concatenate(sizes) - whole).sum())
+    return still_open > (1 - spent) * 0.5
 
 
 def _volume(search: Search, boxes: Boxes) -> int:

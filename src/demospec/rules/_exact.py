@@ -33,7 +33,7 @@ from demospec.rules._sweep import SliceTable, sweep
 SWEEP_CELLS = 20_000_000
 """Largest number of cells, rows and T_min counted, that is swept rather than searched."""
 
-COUNT_BOXES = 50_000
+COUNT_BOXES = 40_000
 """Boxes worked on before counting is given up."""
 
 
@@ -171,7 +171,34 @@ def searched(
     """The whole answer by branch and bound over all components together."""
     assert steps.limit is not None
     rows = joined_rows(steps, components, domain)
-    return search_rows(steps, rows, domain, listed, deadline, counted)
+    found = Search(rows, (domain.T[0], domain.T[1]), domain.low, domain.high).values(
+        goals_of(len(domain.low)), deadline
+    )
+    if found.any and found.proven:
+        # Nothing lies outside the hull: within it fewer rows matter, and a sweep may do.
+        domain = hull_domain(found)
+        left = tighten(steps, domain, steps.limit)
+        assert left is not None
+        if sweepable(left, domain):
+            return swept(steps, left, domain, listed)
+        rows = joined_rows(steps, left, domain)
+
+    def search_of(
+        T: tuple[int, int], low: IntArray, high: IntArray, window: tuple[int, int] = EVERY_L
+    ) -> Search:
+        return Search(rows, T, low, high, window)
+
+    return finished(steps, search_of, domain, found, listed, deadline, counted)
+
+
+def hull_domain(found: Found) -> Domain:
+    """The box of everything consistent, once it is proven."""
+    best = found.best
+    return Domain(
+        [int(best[LEAST_T]), int(best[MOST_T])],
+        best[FIRST_RADIUS::2].copy(),
+        best[FIRST_RADIUS + 1 :: 2].copy(),
+    )
 
 
 def joined_rows(steps: StepProblem, components: Sequence[Component], domain: Domain) -> StepRows:
@@ -276,19 +303,29 @@ def search_everything(
 ) -> InfluenceAnswer:
     """Optima, hull, ties and count of whatever the searches look for."""
     T = (domain.T[0], domain.T[1])
-    q = len(domain.low)
-    found = search_of(T, domain.low, domain.high).values(goals_of(q), deadline)
+    goals = goals_of(len(domain.low))
+    found = search_of(T, domain.low, domain.high).values(goals, deadline)
+    return finished(steps, search_of, domain, found, listed, deadline, counted)
+
+
+def finished(
+    steps: StepProblem,
+    search_of: MakeSearch,
+    domain: Domain,
+    found: Found,
+    listed: int,
+    deadline: float,
+    counted: bool,
+) -> InfluenceAnswer:
+    """The answer from the values found; ties and consistent sets are counted here."""
     if not found.any:
         if found.proven:
             return answer(steps, "infeasible", n_feasible=0)
         return answer(steps, "timeout", bound=_bound(found, domain), hull_exact=False)
-    # From here on nothing lies outside the hull.
     best = found.best
     if found.proven:
-        T = (int(best[LEAST_T]), int(best[MOST_T]))
-        low, high = best[FIRST_RADIUS::2].copy(), best[FIRST_RADIUS + 1 :: 2].copy()
-    else:
-        low, high = domain.low, domain.high
+        domain = hull_domain(found)
+    T, low, high = (domain.T[0], domain.T[1]), domain.low, domain.high
     fields: dict[str, Any] = {
         "hull_T_min": (int(best[LEAST_T]), int(best[MOST_T])),
         "hull_radius": tuple(
