@@ -1,0 +1,310 @@
+"""Which demonstrations contradict what the others follow.
+
+Three witnesses, each with its reason in words: the clearance rule that the *other*
+demonstrations of the type support (posterior predictive, the demonstration itself left out);
+the same path labelled both ways; and, where asked for or where no scene lists its objects, the
+surprise of a specification model fitted without the demonstration.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from demospec.demonstrations import DemonstrationSet, ValidityModel
+from demospec.errors import InputError
+from demospec.frames import FloatArray, describe_length
+from demospec.progress import Progress, silent
+from demospec.rules import nearest_approach
+from demospec.specification._audit_conflict import smallest_conflict
+
+if TYPE_CHECKING:
+    from demospec.rules import ClearanceFit
+
+REVIEW = 0.5
+"""A demonstration is to be reviewed if the others say with more than this probability that its
+label is the other one."""
+
+SURPRISE = 0.05
+"""…or if a model fitted without it gives its label less than this probability."""
+
+_CLOSER_LOOK = 0.1
+
+Fit = Callable[[DemonstrationSet], ValidityModel]
+
+
+@dataclass(frozen=True)
+class AuditEntry:
+    """The verdict on one demonstration.
+
+    Args:
+        verdict: ``pass`` or ``review``.
+        why: One sentence.
+        p_wrong: Probability, by the rule of the others, that the label is the other one; None
+            where no rule could judge.
+        p_label: Probability that a model fitted without it gives to its label, or None.
+    """
+
+    demo_id: str
+    verdict: str
+    why: str
+    p_wrong: float | None = None
+    p_label: float | None = None
+
+
+@dataclass(frozen=True)
+class Audit:
+    """What `audit_set` found.
+
+    Args:
+        conflict: A smallest set of demonstrations that cannot all be right under one
+            noise-free clearance rule, or None.
+        entries: One for each demonstration, in the order of the set.
+        notes: What could not be judged, and why.
+    """
+
+    conflict: tuple[str, ...] | None
+    entries: tuple[AuditEntry, ...]
+    notes: tuple[str, ...] = ()
+
+    def to_json(self) -> dict[str, Any]:
+        """The JSON document of ``demospec audit``."""
+        return {
+            "conflict": None if self.conflict is None else list(self.conflict),
+            "demonstrations": [
+                {
+                    "demo_id": e.demo_id,
+                    "verdict": e.verdict,
+                    "why": e.why,
+                    "p_wrong": _rounded(e.p_wrong),
+                    "p_label": _rounded(e.p_label),
+                }
+                for e in self.entries
+            ],
+            "notes": list(self.notes),
+        }
+
+
+def _rounded(value: float | None) -> float | None:
+    return None if value is None else round(value, 4)
+
+
+def audit_set(
+    data: DemonstrationSet,
+    *,
+    fit: Fit | None = None,
+    folds: int = 5,
+    seed: int = 0,
+    progress: Progress = silent,
+) -> Audit:
+    """Looks for wrong labels.
+
+    Args:
+        data: At least one labelled demonstration. All splits are looked at.
+        fit: Makes a specification model from a set; gives the second opinion. None: the rule
+            of the others alone.
+        folds: For the model: demonstrations left out at a time, n / folds.
+        seed: Of the folds.
+        progress: Told of each type and fold.
+
+    Raises:
+        InputError: No labels at all, or neither objects listed nor a model to judge with.
+    """
+    d = data.demonstrations
+    labelled = d.valid >= 0
+    if not labelled.any():
+        raise InputError("demonstrations labelled valid or not", "none", field="valid")
+    sees = np.array([data.scene(s).objects is not None for s in d.scene_id], dtype=bool)
+    if not (sees & labelled).any() and fit is None:
+        raise InputError(
+            "scenes that list their objects, or a model to judge pictures (--model field)",
+            "neither",
+            field="objects",
+        )
+    judge = _RuleJudge(data, labelled & sees)
+    for i, name in enumerate(_types(data, labelled)):
+        judge.of_type(name)
+        progress("audit", i + 1, len(_types(data, labelled)))
+    p_label = np.full(len(d), np.nan)
+    if fit is not None:
+        p_label = _surprise(data, labelled, fit, folds, seed, progress)
+    twins = _opposed_twins(data)
+    entries = [_entry(data, row, judge, twins, p_label) for row in range(len(d))]
+    notes = []
+    if not labelled.all():
+        notes.append(f"{int((~labelled).sum())} demonstrations have no label: not judged")
+    if not sees.all():
+        notes.append(f"{int((~sees).sum())} demonstrations in scenes without listed objects")
+    names = None if judge.conflict is None else tuple(str(d.demo_id[r]) for r in judge.conflict)
+    return Audit(names, tuple(entries), tuple(notes))
+
+
+def _types(data: DemonstrationSet, labelled: NDArray[np.bool_]) -> list[str | None]:
+    return list(dict.fromkeys(data.demonstrations.type[labelled].tolist()))
+
+
+class _RuleJudge:
+    """Judges every demonstration by the clearance rule that the others of its type follow."""
+
+    def __init__(self, data: DemonstrationSet, usable: NDArray[np.bool_]) -> None:
+        self.data = data
+        self.usable = usable
+        n = len(data.demonstrations)
+        self.p_wrong = np.full(n, np.nan)
+        self.nearest = np.full((n, len(data.symbols)), np.inf)
+        self.fit: dict[int, ClearanceFit] = {}
+        self.conflict: list[int] | None = None
+        for scene_id, rows in data.rows_by_scene().items():
+            mine = rows[usable[rows]]
+            if len(mine):
+                paths = data.demonstrations.paths_xy(mine)
+                self.nearest[mine] = nearest_approach(data.scene(scene_id), paths, data.symbols)
+
+    def of_type(self, name: str | None) -> None:
+        d = self.data.demonstrations
+        same = np.array([t == name for t in d.type], dtype=bool)
+        rows = np.flatnonzero(self.usable & same)
+        if len(rows) < 2 or not self.data.symbols:
+            return
+        near, valid = self.nearest[rows], d.valid[rows] == 1
+        whole = self._fit(near, valid)
+        in_sample = _against(whole, near, valid)
+        self.p_wrong[rows] = in_sample
+        self.fit |= {int(row): whole for row in rows}
+        # A demonstration draws the rule to itself: those that may be wrong are judged by a rule
+        # fitted without them. Leaving out one that the rule agrees with changes little.
+        for i in np.flatnonzero(in_sample > _CLOSER_LOOK):
+            others = np.arange(len(rows)) != i
+            apart = self._fit(near[others], valid[others])
+            self.fit[int(rows[i])] = apart
+            self.p_wrong[rows[i]] = _against(apart, near[i : i + 1], valid[i : i + 1])[0]
+        found = smallest_conflict(near, valid)
+        if found is not None and (self.conflict is None or len(found) < len(self.conflict)):
+            self.conflict = [int(rows[i]) for i in found]
+
+    def _fit(self, near: FloatArray, valid: NDArray[np.bool_]) -> ClearanceFit:
+        from demospec.rules import fit_clearance
+
+        return fit_clearance(near, valid, self.data.symbols, unit=_hundredth(self.data))
+
+
+def _against(fit: ClearanceFit, near: FloatArray, valid: NDArray[np.bool_]) -> FloatArray:
+    """(n,) posterior probability that the rule's verdict is not the label."""
+    p = fit.p_valid(near)
+    return np.asarray(np.where(valid, 1.0 - p, p))
+
+
+def _hundredth(data: DemonstrationSet) -> float:
+    """A hundredth of the table's width, set units."""
+    for scene in data.scenes:
+        if scene.size_px is not None:
+            return scene.size_px[0] / 100.0
+    return max(float(np.ptp(data.demonstrations.flat[:, :2], axis=0).max()) / 80.0, 1e-9)
+
+
+def _surprise(
+    data: DemonstrationSet,
+    labelled: NDArray[np.bool_],
+    fit: Fit,
+    folds: int,
+    seed: int,
+    progress: Progress,
+) -> FloatArray:
+    """(n,) probability that a model fitted without it gives to each label; NaN without a label."""
+    d = data.demonstrations
+    rows = np.flatnonzero(labelled)
+    if folds < 2 or len(rows) < folds:
+        raise InputError(f"2 to {len(rows)} folds (labelled demonstrations)", folds, field="folds")
+    fold = np.random.default_rng(seed).permutation(np.arange(len(rows)) % folds)
+    out = np.full(len(d), np.nan)
+    for k in range(folds):
+        model = fit(data.select(rows[fold != k]))
+        held = rows[fold == k]
+        for scene_id in dict.fromkeys(d.scene_id[held].tolist()):
+            view = model.see(data.scene(scene_id))
+            for name in dict.fromkeys(d.type[held].tolist()):
+                mine = held[(d.scene_id[held] == scene_id) & (d.type[held] == name)]
+                if len(mine) and name in model.types:
+                    p = np.asarray(view.p_valid(d.paths_xy(mine), name))
+                    out[mine] = np.where(d.valid[mine] == 1, p, 1.0 - p)
+        progress("model", k + 1, folds)
+    return out
+
+
+def _opposed_twins(data: DemonstrationSet) -> dict[int, int]:
+    """Row → another row with the same scene, type and path, and the other label."""
+    d = data.demonstrations
+    first: dict[tuple[Any, ...], dict[int, int]] = {}
+    for row in range(len(d)):
+        if d.valid[row] >= 0:
+            key = (d.scene_id[row], d.type[row], d.points(row).tobytes())
+            first.setdefault(key, {}).setdefault(int(d.valid[row]), row)
+    twins: dict[int, int] = {}
+    for rows in first.values():
+        if len(rows) == 2:
+            twins |= {rows[0]: rows[1], rows[1]: rows[0]}
+    return twins
+
+
+def _entry(
+    data: DemonstrationSet,
+    row: int,
+    judge: _RuleJudge,
+    twins: dict[int, int],
+    p_label: FloatArray,
+) -> AuditEntry:
+    d = data.demonstrations
+    name = str(d.demo_id[row])
+    p_wrong = None if np.isnan(judge.p_wrong[row]) else float(judge.p_wrong[row])
+    by_model = None if np.isnan(p_label[row]) else float(p_label[row])
+    reasons = []
+    if d.valid[row] < 0:
+        return AuditEntry(name, "pass", "no label to judge")
+    if p_wrong is not None and p_wrong > REVIEW:
+        reasons.append(_rule_words(data, row, judge))
+    if row in twins:
+        reasons.append(f"the same path as {d.demo_id[twins[row]]}, which has the other label")
+    if by_model is not None and by_model < SURPRISE:
+        reasons.append(
+            f"a model fitted without it gives this label a probability of {by_model:.1%}"
+        )
+    if reasons:
+        return AuditEntry(name, "review", "; ".join(reasons), p_wrong, by_model)
+    if p_wrong is None and by_model is None:
+        return AuditEntry(name, "pass", "not judged: the scene does not list its objects")
+    return AuditEntry(name, "pass", "agrees with the others", p_wrong, by_model)
+
+
+def _rule_words(data: DemonstrationSet, row: int, judge: _RuleJudge) -> str:
+    """What the path does and what the rule of the others says, in lengths."""
+    rule = judge.fit[row].rule
+    near = dict(zip(data.symbols, judge.nearest[row].tolist(), strict=True))
+
+    def length(value: float) -> str:
+        return describe_length(round(value, 1), data.metres_per_unit, data.units)
+
+    if data.demonstrations.valid[row] == 1:
+        broken = [(near[s] - c, s) for s, c in rule.value.items() if near[s] < c]
+        if not broken:
+            return "accepted, though most rules that the others support reject it"
+        _, symbol = min(broken)
+        how = (
+            f"goes {length(-near[symbol])} into a {symbol}"
+            if near[symbol] < 0
+            else f"comes within {length(near[symbol])} of a {symbol}"
+        )
+        return f"accepted, but {how}: the others keep {length(rule.value[symbol])}"
+    if not rule.value:
+        return "rejected, though the others of this type avoid nothing"
+    gaps = [(near[s] - c, s) for s, c in rule.value.items() if np.isfinite(near[s])]
+    if not gaps:
+        return f"rejected, though no {' or '.join(rule.value)} is in the scene"
+    _, symbol = min(gaps)
+    return (
+        f"rejected, but keeps {length(near[symbol])} from the nearest {symbol}: "
+        f"for the others {length(rule.value[symbol])} is enough"
+    )
