@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,6 +18,8 @@ from demospec.scene import (
     Placement,
     Scene,
     SceneObject,
+    _catalogue,
+    _sweethome3d,
     compose_scene,
     cut_out,
     draw_light,
@@ -302,3 +305,43 @@ def test_light_of_a_dark_picture_is_dimmer_than_of_a_bright_one() -> None:
         return Scene("s", (1.0, 1.0), (40.0, 40.0), None, picture)
 
     assert light_of(flat(60))["strength"] < light_of(flat(200))["strength"]
+
+
+def test_a_scene_drawn_from_real_models_can_lose_an_object_where_they_are_absent(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    scene = a_scene(3)
+    thing = scene.listed_objects()[0]
+    render = dict(scene.extra)["render"]
+    items = {name: entry | {"catalogue": "sweethome3d"} for name, entry in render["items"].items()}
+    foreign = replace(scene, extra=(("render", render | {"items": items}),))
+    monkeypatch.setattr(_sweethome3d, "FOLDERS", (tmp_path,))
+    _catalogue._whole.cache_clear()
+    gone = remove_object(foreign, thing.id)
+    _catalogue._whole.cache_clear()
+    assert thing.id not in {o.id for o in gone.listed_objects()}
+    assert not np.array_equal(gone.pixels(), scene.pixels())
+
+
+@pytest.mark.parametrize(
+    ("spoilt", "message"),
+    [
+        ({"metres_per_px": 0}, "render.metres_per_px: expected a number > 0"),
+        ({"metres_per_px": "small"}, "render.metres_per_px"),
+        ({"light": 3}, "render.light"),
+        ({"light": {}}, "light.azimuth"),
+        ({"table": {"kind": "wood"}}, "render.table"),
+        ({"table": {"kind": "wood", "seed": -1}}, "render.table"),
+        ({"table": {"kind": "lava", "seed": 1}}, "one of the tables"),
+        ({"items": []}, "render.items"),
+        ({"items": {"glass-0": {"item": "x"}}}, "render.items.glass-0"),
+        ({"items": {"glass-0": {"catalogue": "builtin", "item": "x", "angle": 0}}}, "an item of"),
+    ],
+)
+def test_a_spoilt_render_key_is_named(spoilt: dict[str, object], message: str) -> None:
+    scene = a_scene(0)
+    extra = (("render", dict(scene.extra)["render"] | spoilt),)
+    first = SceneObject("glass-0", "glass", (50.0, 50.0), None, Disc((50.0, 50.0), 3.0))
+    broken = replace(scene, extra=extra, objects=(first,))
+    with pytest.raises(InputError, match=message):
+        remove_object(overlay(broken, "glass", (20, 20), id="new"), "glass-0")

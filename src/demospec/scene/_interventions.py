@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from demospec.errors import InputError
+from demospec.errors import InputError, MissingPackageError
 from demospec.frames import FloatArray
 from demospec.scene._catalogue import Catalogue, CatalogueItem, load_catalogue
 from demospec.scene._compose import (
@@ -29,7 +29,7 @@ from demospec.scene._estimate_light import light_of
 from demospec.scene._free_places import free_places
 from demospec.scene._inpaint import filled
 from demospec.scene._render_key import render_of
-from demospec.scene._types import Picture, Scene, SceneObject
+from demospec.scene._types import Image, Picture, Scene, SceneObject
 
 
 def overlay(
@@ -140,17 +140,27 @@ def remove_object(scene: Scene, object_id: str) -> Scene:
     rest = tuple(o for o in scene.listed_objects() if o.id != object_id)
     picture = scene.picture
     if picture is not None:
-        render = render_of(scene)
-        if render is not None and object_id in render["items"]:
-            size = picture.size_px
-            before = to_image(draw(render, scene.listed_objects(), size))
-            after = to_image(draw(render, rest, size))
-            touched = (before != after).any(axis=2, keepdims=True)
-            picture = Picture(array=np.where(touched, after, picture.pixels))
-        else:
+        pixels = _redrawn_without(scene, object_id, rest)
+        if pixels is None:
             hole, others = _shade_masks(scene, thing)
-            picture = Picture(array=filled(picture.pixels, hole, others))
+            pixels = filled(picture.pixels, hole, others)
+        picture = Picture(array=pixels)
     return _with_item(replace(scene, objects=rest, picture=picture), object_id, None)
+
+
+def _redrawn_without(scene: Scene, object_id: str, rest: tuple[SceneObject, ...]) -> Image | None:
+    """The picture drawn without an object; None where it is not known how to draw it."""
+    render = render_of(scene)
+    if render is None or object_id not in render["items"] or scene.picture is None:
+        return None
+    size = scene.picture.size_px
+    try:
+        before = to_image(draw(render, scene.listed_objects(), size))
+        after = to_image(draw(render, rest, size))
+    except MissingPackageError:  # drawn where the package of real models was installed
+        return None
+    touched = (before != after).any(axis=2, keepdims=True)
+    return np.where(touched, after, scene.picture.pixels)
 
 
 def _shade_masks(
