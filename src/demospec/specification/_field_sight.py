@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from demospec.errors import CannotJudgeError
 from demospec.frames import FloatArray
 from demospec.perception import KINDS, Sight, SymbolHead, look
-from demospec.scene import Scene
+from demospec.scene import Footprint, Scene
 from demospec.specification._field_view import Part
 
 if TYPE_CHECKING:
@@ -82,15 +84,10 @@ def listed_parts(
     scene: Scene, size: tuple[float, float], shape: tuple[int, int]
 ) -> tuple[Part, ...]:
     """The scene's own list as parts, exact on the grid."""
-    height, width = shape
-    y, x = np.mgrid[0:height, 0:width]
-    points = np.stack(
-        [(x + 0.5) * (size[0] / width), (y + 0.5) * (size[1] / height)], axis=-1
-    )
     error = LISTED_ERROR * max(size) / 100.0
     return tuple(
         Part(
-            item.outline.signed_distance(points).astype(np.float32),
+            _outline_map(item.outline, size, shape),
             {item.symbol: 1.0},
             error,
             item.center,
@@ -98,6 +95,21 @@ def listed_parts(
         )
         for item in scene.listed_objects()
     )
+
+
+@lru_cache(maxsize=128)
+def _outline_map(
+    outline: Footprint, size: tuple[float, float], shape: tuple[int, int]
+) -> NDArray[np.float32]:
+    """(h, w) signed distance to an outline; kept, because interventions leave most objects."""
+    height, width = shape
+    y, x = np.mgrid[0:height, 0:width]
+    points = np.stack(
+        [(x + 0.5) * (size[0] / width), (y + 0.5) * (size[1] / height)], axis=-1
+    )
+    found = outline.signed_distance(points).astype(np.float32)
+    found.setflags(write=False)
+    return found
 
 
 def span_of(scene: Scene) -> tuple[float, float]:
