@@ -8,6 +8,7 @@ intervals and corrected p-values, and stand beside a placebo; removals, moves an
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -235,6 +236,8 @@ class _Run:
 
     def _judge(self, scene: Scene, paths: Paths) -> FloatArray:
         """(types, draws) probability of validity."""
+        if self.settings.hide_lists:
+            scene = replace(scene, objects=None, extra=())
         view = self.model.see(scene)
         return np.stack([view.p_valid(paths, t) for t in self.types])
 

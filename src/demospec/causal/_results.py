@@ -28,10 +28,13 @@ class Settings:
         level: Of the intervals.
         interventions: Kinds beside the placebo.
         seed: Of places, paths, items and resampling.
-        clear_ends_px: Nothing is put within this distance of start or goal (rim to point).
+        clear_ends_px: Nothing is put within this distance of start or goal (rim to point);
+            None: 8 % of the width.
+        hide_lists: The model gets the changed pictures without the changed object lists and
+            must see by itself. Off: it gets both, and may use either.
     """
 
-    placements: int = 8
+    placements: int = 4
     draws: int = 100
     minimum_effect: float = 0.05
     significance: float = 0.05
@@ -39,6 +42,7 @@ class Settings:
     interventions: tuple[Intervention, ...] = ("add",)
     seed: int = 0
     clear_ends_px: float | None = None
+    hide_lists: bool = False
 
     def __post_init__(self) -> None:
         for name in ("placements", "draws"):

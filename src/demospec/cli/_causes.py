@@ -36,7 +36,7 @@ def causes(
     picture: Annotated[
         Path | None, typer.Option("--picture", help="Draw effects and graph there (PNG).")
     ] = None,
-    placements: Annotated[int, typer.Option(min=1, help="Places tried per scene.")] = 8,
+    placements: Annotated[int, typer.Option(min=1, help="Places tried per scene.")] = 4,
     draws: Annotated[int, typer.Option(min=1, help="Paths (z_theta) judged per scene.")] = 100,
     minimum_effect: Annotated[
         float, typer.Option(min=0, max=1, help="Smallest change of p(valid) called causal.")
@@ -60,6 +60,9 @@ def causes(
     catalogue: Annotated[
         str | None, typer.Option(help="builtin or sweethome3d; default: the set's own.")
     ] = None,
+    hide_lists: Annotated[
+        bool, typer.Option("--hide-lists", help="The model sees changed pictures only.")
+    ] = False,
     seed: Seed = 0,
 ) -> None:
     """Find out which objects matter to which type: add each kind, ask the model again.
@@ -78,6 +81,7 @@ def causes(
         minimum_effect=minimum_effect,
         interventions=tuple(_words(interventions) or ()),  # type: ignore[arg-type]
         seed=seed,
+        hide_lists=hide_lists,
     )
     data = read_set(set_folder)
     fitted = load_model(model)

@@ -87,7 +87,7 @@ def listed_parts(
     error = LISTED_ERROR * max(size) / 100.0
     return tuple(
         Part(
-            _outline_map(item.outline, size, shape),
+            _outline_map(item.outline, size, shape),  # type: ignore[arg-type]  # it is hashable
             {item.symbol: 1.0},
             error,
             item.center,
