@@ -123,7 +123,7 @@ MODELS = (
     Model("screwdriver", "both", _SC, "scopia/tournevis/tournevis.obj", 0.22),
     Model("tape", "train", _SC, "scopia/rouleau-de-ruban-adhesif/rouleau-de-ruban-adhesif.obj",
           0.12, pose="back"),
-    Model("tape", "test", _KL, "katorlegaz/tape-measure/tape-measure.obj", 0.14, pose="back"),
+    Model("tape", "test", _KL, "katorlegaz/tape-measure/tape-measure.obj", 0.14),
 )  # fmt: skip
 
 _LOOKS = {"train": 16, "test": 8}
