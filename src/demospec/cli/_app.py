@@ -15,7 +15,7 @@ import typer
 from demospec.errors import DemospecError
 
 COMMANDS = (
-    "demo", "simulate", "check", "audit", "convert", "detect", "pretrain", "fit", "predict",
+    "demo", "simulate", "check", "audit", "convert", "edit", "detect", "pretrain", "fit", "predict",
     "evaluate", "identify", "sample", "repair", "causes", "rules", "query", "plan", "export",
     "execute", "studio", "reproduce", "report",
 )  # fmt: skip

@@ -1,5 +1,6 @@
 """Demonstrations: paths, Bézier curves, labelled sets and their files, the model protocol."""
 
+from demospec.demonstrations import _edit as edit
 from demospec.demonstrations._bezier import (
     bernstein,
     bezier_basis,
@@ -49,6 +50,7 @@ __all__ = [
     "checked_points",
     "count_rows",
     "densify",
+    "edit",
     "fit_bezier",
     "iterate_batches",
     "p_valid_mean",

@@ -46,6 +46,17 @@ def checked_points(points: ArrayLike, columns: int | None = None) -> FloatArray:
     return array
 
 
+def first_and_last_motion(points: FloatArray) -> BoolArray:
+    """(n,) points of one path (n, 2) to keep so that it does not stand still at its ends."""
+    moves = np.flatnonzero((np.diff(points, axis=0) != 0).any(axis=1))
+    keep = np.zeros(len(points), dtype=bool)
+    if len(moves):
+        keep[moves[0] : moves[-1] + 2] = True
+    else:
+        keep[0] = True
+    return keep
+
+
 @dataclass(frozen=True)
 class Demonstration:
     """One path through one scene, as somebody demonstrated it.

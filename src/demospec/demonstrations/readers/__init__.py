@@ -9,6 +9,7 @@ from demospec.demonstrations.readers._mapping import (
     with_options,
 )
 from demospec.demonstrations.readers._projection import Projection, fit_homography
+from demospec.demonstrations.readers._table_files import read_label_table
 
 __all__ = [
     "FORMATS",
@@ -19,6 +20,7 @@ __all__ = [
     "convert",
     "fit_homography",
     "guess_format",
+    "read_label_table",
     "read_mapping",
     "read_source",
     "with_options",

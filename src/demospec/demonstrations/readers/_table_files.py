@@ -21,6 +21,7 @@ from demospec.demonstrations.readers._recording import (
     numeric,
     path_array,
 )
+from demospec.demonstrations.readers._values import truth
 from demospec.errors import InputError
 from demospec.files import read_bytes
 from demospec.frames import FloatArray
@@ -338,3 +339,33 @@ def _path_key(arrays: dict[str, np.ndarray], mapping: Mapping, file: Path) -> st
         expected = "one array of points; say which: --path NAME"
         raise InputError(expected, ", ".join(arrays) or "none", file=file, field="path")
     return flat[0]
+
+
+def read_label_table(file: Path) -> dict[str, dict[str, Any]]:
+    """A CSV with a column of names and any of ``valid``, ``type``, ``demonstrator``.
+
+    Returns:
+        Demonstration → the values given for it (an empty cell of ``valid`` means no label).
+    """
+    table = read_csv(file)
+    every: dict[str, np.ndarray] = {**table.words, **table.numbers}
+    key = next((c for c in every if c.lower() in _KEY), None)
+    wanted = [c for c in ("valid", "type", "demonstrator") if c in every]
+    if key is None or not wanted:
+        expected = "columns demo_id and valid, type or demonstrator"
+        raise InputError(expected, ", ".join(every) or "none", file=file)
+    out: dict[str, dict[str, Any]] = {}
+    for row, name in enumerate(every[key]):
+        text = f"{name:g}" if isinstance(name, float) else str(name)
+        values: dict[str, Any] = {}
+        for column in wanted:
+            cell = every[column][row]
+            if column == "valid":
+                found = truth(cell, {})
+                if found is not None and not isinstance(found, bool):
+                    raise InputError("a truth value", cell, file=file, row=row, field="valid")
+                values[column] = found
+            else:
+                values[column] = str(cell) or None
+        out[text] = values
+    return out

@@ -1,0 +1,247 @@
+"""`demospec edit`: merge, split, relabel, drop, crop, rescale, trim; always into a new set."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from demospec.cli._common import Force, Json, OutFolder, Seed, SetFolder, print_json, say
+from demospec.errors import InputError
+
+if TYPE_CHECKING:
+    from demospec.demonstrations import DemonstrationSet
+
+Sets = Annotated[list[Path], typer.Argument(metavar="SET…", help="Demonstration sets (folders).")]
+AuditFile = Annotated[
+    Path | None, typer.Option("--audit", help="JSON of `demospec audit`: those to review.")
+]
+
+
+def register(app: typer.Typer) -> None:
+    """Adds the command with its subcommands."""
+    edit = typer.Typer(
+        name="edit",
+        help="Make a new set from others: the inputs stay as they are, byte for byte.",
+        no_args_is_help=True,
+        rich_markup_mode=None,
+        context_settings={"help_option_names": ["-h", "--help"]},
+    )
+    for command in (merge, split, relabel, drop, crop, rescale, trim):
+        edit.command(command.__name__)(command)
+    app.add_typer(edit, name="edit")
+
+
+def merge(sets: Sets, out: OutFolder, json: Json = False, force: Force = False) -> None:
+    """All scenes and demonstrations of several sets; ids that clash get the set's name."""
+    from demospec.demonstrations import edit, read_set
+
+    data = edit.merge([read_set(s) for s in sets], [s.name for s in sets])
+    _write(data, out, "merge", {}, sets, json, force)
+
+
+def split(
+    set_folder: SetFolder,
+    out: OutFolder,
+    test_share: Annotated[
+        float | None,
+        typer.Option("--test-share", help="Share of the scenes for test; else as they are marked."),
+    ] = None,
+    seed: Seed = 0,
+    json: Json = False,
+    force: Force = False,
+) -> None:
+    """The set in parts by scene: OUT/train, OUT/test, …"""
+    from demospec.demonstrations import edit, read_set
+    from demospec.files import writing_folder
+
+    parts = edit.split(read_set(set_folder), test_share, seed=seed)
+    edit.refuse_inside([set_folder], out)
+    with writing_folder(out, replace=force) as folder:
+        for name, part in parts.items():
+            if not name.replace("-", "").replace("_", "").isalnum():
+                raise InputError("a split whose name can name a folder", name, field="split")
+            edit.write_edited(
+                part, folder / name, operation="split",
+                arguments={"test_share": test_share, "seed": seed, "part": name},
+                inputs=[set_folder], keep_truth=True,
+            )  # fmt: skip
+    document = {
+        "sets": {
+            name: {"scenes": len(p.scenes), "demonstrations": len(p.demonstrations)}
+            for name, p in parts.items()
+        }
+    }
+    if json:
+        print_json(document)
+    say(f"wrote {', '.join(str(out / name) for name in parts)}")
+
+
+def relabel(
+    set_folder: SetFolder,
+    out: OutFolder,
+    valid: Annotated[
+        list[str] | None, typer.Option("--valid", help="DEMO_ID: accepted. Repeat for more.")
+    ] = None,
+    invalid: Annotated[
+        list[str] | None, typer.Option("--invalid", help="DEMO_ID: rejected. Repeat for more.")
+    ] = None,
+    flip: Annotated[
+        list[str] | None, typer.Option("--flip", help="DEMO_ID: the other label.")
+    ] = None,
+    labels: Annotated[
+        Path | None,
+        typer.Option("--labels", help="CSV: demo_id, then valid, type or demonstrator."),
+    ] = None,
+    audit: AuditFile = None,
+    json: Json = False,
+    force: Force = False,
+) -> None:
+    """Other labels, types or demonstrators; --audit flips every label that is to be reviewed."""
+    from demospec.demonstrations import edit, read_set, readers
+
+    changes: dict[str, dict[str, Any]] = {}
+    if labels is not None:
+        changes.update(readers.read_label_table(labels))
+    for names, value in ((valid, True), (invalid, False), (flip, "flip")):
+        for name in names or ():
+            changes.setdefault(name, {})["valid"] = value
+    for name in _to_review(audit):
+        changes.setdefault(name, {})["valid"] = "flip"
+    if not changes:
+        raise InputError("a change (--valid, --invalid, --flip, --labels or --audit)", "none")
+    data = edit.relabel(read_set(set_folder), changes)
+    _write(data, out, "relabel", {"changes": changes}, [set_folder], json, force, truth=True)
+
+
+def drop(
+    set_folder: SetFolder,
+    out: OutFolder,
+    demonstration: Annotated[
+        list[str] | None, typer.Option("--demonstration", help="DEMO_ID. Repeat for more.")
+    ] = None,
+    scene: Annotated[
+        list[str] | None, typer.Option("--scene", help="SCENE_ID, with its demonstrations.")
+    ] = None,
+    type: Annotated[
+        list[str] | None, typer.Option("--type", help="User type, with its demonstrations.")
+    ] = None,
+    unlabelled: Annotated[bool, typer.Option("--unlabelled", help="Those without label.")] = False,
+    duplicates: Annotated[bool, typer.Option("--duplicates", help="All but the first.")] = False,
+    audit: AuditFile = None,
+    json: Json = False,
+    force: Force = False,
+) -> None:
+    """Without some demonstrations; --audit leaves out all that are to be reviewed."""
+    from demospec.demonstrations import edit, read_set
+
+    names = [*(demonstration or ()), *_to_review(audit)]
+    arguments: dict[str, Any] = {
+        "demonstrations": names, "scenes": scene or [], "types": type or [],
+        "unlabelled": unlabelled, "duplicates": duplicates,
+    }  # fmt: skip
+    data = edit.drop(read_set(set_folder), **arguments)
+    _write(data, out, "drop", arguments, [set_folder], json, force, truth=True)
+
+
+def crop(
+    set_folder: SetFolder,
+    out: OutFolder,
+    box: Annotated[str, typer.Option("--box", help="x,y,width,height in whole pixels.")],
+    json: Json = False,
+    force: Force = False,
+) -> None:
+    """Pictures cut to a box; points and objects move with it."""
+    from demospec.demonstrations import edit, read_set
+
+    try:
+        x, y, width, height = (int(v) for v in box.split(","))
+    except ValueError as error:
+        raise InputError("x,y,width,height", box, field="--box") from error
+    data = edit.crop(read_set(set_folder), (x, y, width, height))
+    arguments = {"box": [x, y, width, height]}
+    _write(data, out, "crop", arguments, [set_folder], json, force, truth=True)
+
+
+def rescale(
+    set_folder: SetFolder,
+    out: OutFolder,
+    factor: Annotated[
+        float | None, typer.Option("--factor", help="Every length times this.")
+    ] = None,
+    metres_per_unit: Annotated[
+        float | None,
+        typer.Option("--metres-per-unit", help="The scale to reach; the set must have one."),
+    ] = None,
+    units: Annotated[
+        str | None, typer.Option("--units", help="New name of the unit, such as px.")
+    ] = None,
+    json: Json = False,
+    force: Force = False,
+) -> None:
+    """Points, objects and pictures larger or smaller; metres per unit follow."""
+    from demospec.demonstrations import edit, read_set
+
+    data = read_set(set_folder)
+    if (factor is None) == (metres_per_unit is None):
+        raise InputError("either --factor or --metres-per-unit", "both or neither")
+    if factor is None:
+        assert metres_per_unit is not None
+        if data.metres_per_unit is None:
+            raise InputError("a set with a scale", "null", file=set_folder, field="metres_per_unit")
+        if metres_per_unit <= 0:
+            raise InputError("a number > 0", metres_per_unit, field="--metres-per-unit")
+        factor = data.metres_per_unit / metres_per_unit
+    arguments = {"factor": factor, "units": units}
+    _write(edit.rescale(data, factor, units=units), out, "rescale", arguments, [set_folder], json,
+           force)  # fmt: skip
+
+
+def trim(set_folder: SetFolder, out: OutFolder, json: Json = False, force: Force = False) -> None:
+    """Paths without standing still at their ends."""
+    from demospec.demonstrations import edit, read_set
+
+    data = edit.trim(read_set(set_folder))
+    _write(data, out, "trim", {}, [set_folder], json, force, truth=True)
+
+
+def _to_review(audit: Path | None) -> list[str]:
+    if audit is None:
+        return []
+    from demospec.files import read_json
+
+    document = read_json(audit)
+    items = document.get("demonstrations") if isinstance(document, dict) else None
+    if not isinstance(items, list) or not all(isinstance(i, dict) for i in items):
+        raise InputError("the JSON of `demospec audit`", "something else", file=audit,
+                         field="demonstrations")  # fmt: skip
+    return [str(i.get("demo_id")) for i in items if i.get("verdict") == "review"]
+
+
+def _write(
+    data: DemonstrationSet,
+    out: Path,
+    operation: str,
+    arguments: dict[str, Any],
+    inputs: list[Path],
+    json: bool,
+    force: bool,
+    *,
+    truth: bool = False,
+) -> None:
+    from demospec.demonstrations import edit
+
+    edit.write_edited(
+        data, out, operation=operation, arguments=arguments, inputs=inputs, keep_truth=truth,
+        replace_existing=force,
+    )  # fmt: skip
+    if json:
+        print_json(
+            {
+                "set": str(out),
+                "scenes": len(data.scenes),
+                "demonstrations": len(data.demonstrations),
+            }
+        )
+    say(f"wrote {out}: {len(data.demonstrations)} demonstrations in {len(data.scenes)} scenes")
