@@ -17,6 +17,7 @@ from demospec.causal._interventions import Editor, ListEditor, Thing
 from demospec.causal._picture_editor import PictureEditor, Source
 from demospec.causal._places import (
     Region,
+    distance_from_line,
     draw_controls,
     free_spots,
     paths_of,
@@ -266,16 +267,24 @@ class _Run:
     def _add(
         self, scene: Scene, listed: Scene, area: Region, symbol: str, trial: Callable[..., None]
     ) -> None:
-        """Each placement draws its own item, so that no single item stands for its symbol."""
+        """Each placement draws its own item, so that no single item stands for its symbol.
+
+        The places are stratified by how far they lie from the straight line start–goal, which
+        decides most of the effect: the k-th of P comes from the k-th P-tile of free places.
+        Over all P they are uniform over the free table, as unstratified ones would be.
+        """
         rng = self.rng(scene, "add", symbol)
         things = self.editor.things(symbol, scene)
+        wanted = self.settings.placements if things else 0
         done = 0
-        for k in range(self.settings.placements if things else 0):
+        for k in range(wanted):
             thing = things[int(rng.integers(len(things)))]
             angle = float(rng.uniform(0, 2 * np.pi))
-            spots = self._spots(listed, area, thing.radius_px(scene), rng, n=1)
+            spots = self._spots(listed, area, thing.radius_px(scene), rng, n=8 * wanted)
             if len(spots):
-                at = (float(spots[0, 0]), float(spots[0, 1]))
+                order = np.argsort(distance_from_line(spots, scene), kind="stable")
+                pick = order[int((k + rng.random()) / wanted * len(spots))]
+                at = (float(spots[pick, 0]), float(spots[pick, 1]))
                 after = thing.put(scene, at, angle)
                 trial("add", symbol, k, at, after, source=thing.name)
                 done += 1

@@ -107,6 +107,12 @@ def free_spots(
     return np.asarray(np.concatenate(found)[:n])
 
 
+def distance_from_line(points: FloatArray, scene: Scene) -> FloatArray:
+    """(n,) distance of points (n, 2) from the straight segment start–goal, pixels."""
+    start, goal = scene.start[:2], scene.goal[:2]
+    return Capsule((start[0], start[1]), (goal[0], goal[1]), 0.0).signed_distance(points)
+
+
 def reach(item: SceneObject) -> float:
     """Radius about the object's centre that holds its outline, pixels."""
     return _reach(item.outline, item.center)
