@@ -33,6 +33,9 @@ from demospec.rules._sweep import SliceTable, sweep
 SWEEP_CELLS = 20_000_000
 """Largest number of cells, rows and T_min counted, that is swept rather than searched."""
 
+GATHERED = 10_000
+"""Ties that a search gathers before it lists the first of them."""
+
 COUNT_BOXES = 40_000
 """Boxes worked on before counting is given up."""
 
@@ -350,7 +353,7 @@ def finished(
         L = int(best[goal])
         first = first_optimum(search_of, T, low, high, L, largest, deadline)
         search = search_of(T, low, high, (L, L))
-        ties, points = count_points(search, deadline, COUNT_BOXES, max(listed, 1))
+        ties, points = count_points(search, deadline, COUNT_BOXES, max(listed, GATHERED))
         canonical = found.at[goal] if first is None else first
         rest = sorted(
             (p for p in points if p != canonical),

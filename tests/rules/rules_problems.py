@@ -3,11 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
-from oracle import PENALTIES, READINGS, totals
+from rules_oracle import PENALTIES, READINGS, totals
 
-from demospec.rules import Bounds, RuleObject, RuleProblem, RuleScene, RuleTrajectory
+from demospec.rules import (
+    Bounds,
+    RuleObject,
+    RuleProblem,
+    RuleScene,
+    RuleTrajectory,
+    evaluate_rule,
+)
 
 
 def random_problem(
@@ -55,6 +63,56 @@ def random_problem(
     if paths and rng.random() < 0.85:
         problem = labelled(problem, rng, rng.choice([0.0, 0.1]) if flip is None else flip)
     return problem
+
+
+def pixel_problem(seed: int) -> RuleProblem:
+    """Two objects in 100 × 100 px, bounds [1, 100], 12 trajectories of 40 whole points."""
+    rng = np.random.default_rng(seed)
+    reading = READINGS[seed % 5]
+    penalty = PENALTIES[(seed // 5) % 3]
+    objects = tuple(
+        RuleObject(f"item-{k}", "item", tuple(float(c) for c in rng.integers(10, 90, 2)))
+        for k in range(2)
+    )
+    t = np.linspace(0, 1, 40)[:, None]
+    paths = []
+    for _ in range(12):
+        a, b, c = rng.random((3, 2)) * 100
+        curve = (1 - t) ** 2 * a + 2 * t * (1 - t) * c + t**2 * b
+        paths.append(RuleTrajectory(0, True, np.rint(curve)))
+    problem = RuleProblem((RuleScene(objects),), tuple(paths), 1, 1000, reading, penalty)
+    return _labelled_by_evaluator(problem, rng)
+
+
+def _labelled_by_evaluator(problem: RuleProblem, rng: np.random.Generator) -> RuleProblem:
+    T = int(rng.integers(2, 15))
+    own = {name: int(rng.integers(5, 50)) for name in problem.parameters}
+    verdicts = evaluate_rule(replace(problem, F_max=10**8), T, own)
+    free = sorted(v.total for v in verdicts if not v.contact and v.total)
+    F_max = max(1, free[len(free) // 2] // problem.scale) if free else 1
+    verdicts = evaluate_rule(replace(problem, F_max=F_max), T, own)
+    paths = [replace(p, valid=v.valid) for p, v in zip(problem.trajectories, verdicts, strict=True)]
+    return replace(problem, F_max=F_max, trajectories=tuple(paths))
+
+
+def document(problem: RuleProblem) -> dict[str, Any]:
+    """The problem as its JSON document."""
+    return {
+        **problem.settings(),
+        "scenes": [
+            {
+                "id": scene.id,
+                "objects": [
+                    {"id": o.id, "class": o.cls, "center": list(o.center)} for o in scene.objects
+                ],
+            }
+            for scene in problem.scenes
+        ],
+        "trajectories": [
+            {"scene": p.scene, "valid": p.valid, "points": p.points.tolist()}
+            for p in problem.trajectories
+        ],
+    }
 
 
 def labelled(problem: RuleProblem, rng: np.random.Generator, flip: float) -> RuleProblem:

@@ -35,7 +35,10 @@ def totals(problem: RuleProblem, radius: np.ndarray) -> tuple[np.ndarray, list[i
         points = [[Fraction(str(float(x))) for x in row] for row in path.points]
         dims = max((len(o.center) for o in objects), default=2)
         steps = [
-            round_root(problem.scale**2 * sum((a - b) ** 2 for a, b in zip(p[:dims], q[:dims])))
+            round_root(
+                problem.scale**2
+                * sum((a - b) ** 2 for a, b in zip(p[:dims], q[:dims], strict=True))
+            )
             for p, q in itertools.pairwise(points)
         ]
         levels: list[int] = []
@@ -44,7 +47,8 @@ def totals(problem: RuleProblem, radius: np.ndarray) -> tuple[np.ndarray, list[i
             if problem.weights == "arc":
                 weight = (steps[j - 1] if j else 0) + (steps[j] if j < len(steps) else 0)
             square = [
-                sum((p - Fraction(str(c))) ** 2 for p, c in zip(point, o.center)) for o in objects
+                sum((p - Fraction(str(c))) ** 2 for p, c in zip(point, o.center, strict=False))
+                for o in objects
             ]
             level = [ceil_root(s) for s in square]
             levels += level
@@ -62,6 +66,65 @@ def totals(problem: RuleProblem, radius: np.ndarray) -> tuple[np.ndarray, list[i
             sums[:, i] += weight * chosen(problem.reading, square, active, cost)
         contact.append(min(levels) if levels else None)
     return sums, contact
+
+
+def pixel_answer(problem: RuleProblem) -> dict[str, Any]:
+    """The oracle's answer for two parameters of one scene at pixel scale.
+
+    Whole coordinates, weights by point. Point by point over all pairs of radii, then every
+    (T_min, pair): still brute force, but in 64-bit numbers.
+    """
+    bounds = problem.bounds
+    low, high = bounds.radius
+    r = np.arange(high + 1)
+    objects = problem.scenes[0].objects
+    limit = problem.scale * problem.F_max
+    heavy, contact = [], []
+    for path in problem.trajectories:
+        total = np.zeros((high + 1, high + 1), dtype=np.int64)
+        levels = []
+        for point in path.points.astype(int).tolist():
+            square = [
+                sum((p - int(c)) ** 2 for p, c in zip(point, o.center, strict=True))
+                for o in objects
+            ]
+            level = [ceil_root(Fraction(s)) for s in square]
+            levels += level
+            cost = [round_root(Fraction(problem.scale**2 * s)) for s in square]
+            paid = []
+            for k in range(2):
+                own = {
+                    "distance": np.full(high + 1, cost[k]),
+                    "hinge": problem.scale * r - cost[k],
+                    "count": np.full(high + 1, problem.scale),
+                }[problem.penalty]
+                paid.append(np.where(r >= level[k], own, 0))
+            a = np.broadcast_to(paid[0][:, None], total.shape)
+            b = np.broadcast_to(paid[1][None, :], total.shape)
+            first = np.broadcast_to((r >= level[0])[:, None], total.shape)
+            second = np.broadcast_to((r >= level[1])[None, :], total.shape)
+            nearer = square[0] <= square[1]
+            total += {
+                "sum": lambda: a + b,  # noqa: B023
+                "max_active": lambda: np.maximum(a, b),  # noqa: B023
+                "nearest": lambda: a if nearer else b,  # noqa: B023
+                "first": lambda: np.where(first, a, b),  # noqa: B023
+                "nearest_active": lambda: (
+                    np.where(first, a, b) if nearer else np.where(second, b, a)  # noqa: B023
+                ),
+            }[problem.reading]()
+        heavy.append(total >= limit)
+        contact.append(min(levels))
+    found = []
+    for T in range(bounds.T_min[0], bounds.T_min[1] + 1):
+        good = np.ones((high + 1, high + 1), dtype=bool)
+        for path, h, c in zip(problem.trajectories, heavy, contact, strict=True):
+            good &= (h | (c <= T)) != path.valid
+        window = slice(T + bounds.T_object[0], T + bounds.T_object[1] + 1)
+        t1, t2 = np.nonzero(good[window, window])
+        own = bounds.T_object[0]
+        found.append(np.column_stack([np.full(len(t1), T), t1 + own, t2 + own]))
+    return answer_from_sets(np.concatenate(found))
 
 
 def chosen(reading: str, square: list[Any], active: np.ndarray, cost: np.ndarray) -> np.ndarray:
@@ -135,6 +198,13 @@ def answer_from_sets(sets: np.ndarray) -> dict[str, Any]:
         "min": least[0],
         "max": most[0],
     }
+
+
+def assert_same(answer: Any, expected: dict[str, Any], about: str = "") -> None:
+    """An answer has exactly the oracle's fields."""
+    for name, value in expected.items():
+        got = getattr(answer, name)
+        assert (list(got) if isinstance(value, list) else got) == value, f"{about} {name}"
 
 
 READINGS = ("sum", "nearest", "nearest_active", "max_active", "first")
