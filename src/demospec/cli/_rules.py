@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from demospec.cli._common import Json, Out, print_json, print_table, progress_bar, save_json, say
+from demospec.errors import InputError
 
 
 def rules(
@@ -23,29 +24,166 @@ def rules(
     distance: Annotated[
         str, typer.Option(help="Clearance to the footprint or to the center.")
     ] = "footprint",
+    split: Annotated[
+        str, typer.Option(help="Learn from scenes of this split (SET); all takes every scene.")
+    ] = "train",
+    influence: Annotated[
+        bool, typer.Option(help="Answer with the paper's influence rule too (SET).")
+    ] = True,
+    f_max: Annotated[
+        int | None,
+        typer.Option("--f-max", min=1, help="Influence: F_max; for problems, in place of theirs."),
+    ] = None,
+    reading: Annotated[
+        str | None,
+        typer.Option(help="Influence: sum, nearest, nearest_active, max_active or first."),
+    ] = None,
+    preset: Annotated[
+        str | None, typer.Option(help="Influence: physical (deeper costs more, by arc length).")
+    ] = None,
+    engine: Annotated[
+        str, typer.Option(help="Influence problems: auto, exact, step or direct.")
+    ] = "auto",
+    tolerant: Annotated[
+        bool, typer.Option("--tolerant", help="Influence: contradict as few labels as possible.")
+    ] = False,
+    time_limit: Annotated[
+        float | None, typer.Option(min=0.01, help="Influence problems: seconds for each.")
+    ] = None,
+    picture: Annotated[
+        Path | None,
+        typer.Option(help="Draw the envelopes over a scene there (SET; PNG, SVG, PDF)."),
+    ] = None,
+    scene: Annotated[
+        str | None, typer.Option(help="Scene of --picture (default: the first).")
+    ] = None,
 ) -> None:
     """What each kind of person keeps away from, and how far."""
+    _one_of("--sharing", sharing, ("average", "shared", "separate"))
+    _one_of("--distance", distance, ("footprint", "center"))
+    _one_of("--engine", engine, ("auto", "exact", "step", "direct"))
+    _one_of("--preset", preset, (None, "physical"))
+    readings = ("sum", "nearest", "nearest_active", "max_active", "first")
+    _one_of("--reading", reading, (None, *readings))
+    settings: dict[str, Any] = {"preset": preset, "reading": reading, "F_max": f_max}
+    settings = {key: value for key, value in settings.items() if value is not None}
+    if len(paths) == 1 and not _is_problem(paths[0]):
+        _set(
+            paths[0],
+            dict(
+                sharing=sharing,
+                distance=distance,
+                split=None if split == "all" else split,
+                influence=influence,
+                settings=settings,
+            ),
+            json=json,
+            out=out,
+            picture=picture,
+            scene=scene,
+        )
+        return
+    if picture is not None:
+        raise InputError("a demonstration set for a picture", str(paths[0]), field="--picture")
+    for path in paths:
+        if path.is_dir():
+            raise InputError("problem files, or one set", "a folder", file=path)
+    options = {"engine": engine, "tolerant": tolerant, "time_limit_s": time_limit}
+    _problems(paths, settings, options, json=json, out=out)
+
+
+def _one_of(name: str, value: str | None, known: tuple[str | None, ...]) -> None:
+    if value not in known:
+        words = ", ".join(w for w in known if w is not None)
+        raise InputError(f"one of {words}", value, field=name)
+
+
+def _is_problem(path: Path) -> bool:
+    return path.is_file()
+
+
+def _set(
+    path: Path,
+    options: dict[str, Any],
+    *,
+    json: bool,
+    out: Path | None,
+    picture: Path | None,
+    scene: str | None,
+) -> None:
     from demospec.demonstrations import read_set
-    from demospec.errors import InputError
     from demospec.rules import learn_rules, rules_document
 
-    for name, value, known in (
-        ("--sharing", sharing, ("average", "shared", "separate")),
-        ("--distance", distance, ("footprint", "center")),
-    ):
-        if value not in known:
-            raise InputError(f"one of {', '.join(known)}", value, field=name)
-    if len(paths) > 1:
-        raise InputError("one set", f"{len(paths)} paths")
-    options: dict[str, Any] = {"sharing": sharing, "distance": distance}
+    data = read_set(path)
     with progress_bar() as progress:
-        answer = learn_rules(read_set(paths[0]), progress=progress, **options)
+        answer = learn_rules(data, progress=progress, **options)
     document = rules_document(answer)
     for note in answer.notes:
         say(f"note: {note}")
+    if picture is not None:
+        from demospec.report import draw_envelopes
+
+        shown = data.scenes[0] if scene is None else data.scene(scene)
+        draw_envelopes(data, answer, shown, picture)
+        say(f"wrote {picture}")
     save_json(document, out)
     if json:
         print_json(document)
         return
-    rows = [[name, rule.sentence] for name, rule in answer.rules.items()]
-    print_table("Rules", ["type", "rule"], rows)
+    rows = [
+        [name, rule.evidence.get("accepted"), rule.evidence.get("rejected"), rule.sentence]
+        for name, rule in answer.rules.items()
+    ]
+    print_table("Rules", ["type", "accepted", "rejected", "rule"], rows)
+    rows = []
+    for name, rule in answer.rules.items():
+        if rule.clearance is None:
+            continue
+        for symbol, probability in rule.evidence.get("probability", {}).items():
+            low, high = rule.clearance.interval.get(symbol, (None, None))
+            rows.append(
+                [
+                    name,
+                    symbol,
+                    _matters(symbol, rule),
+                    f"{probability:.0%}",
+                    rule.clearance.value.get(symbol),
+                    low,
+                    high if high is None or high < float("inf") else "no bound",
+                ]
+            )
+    unit = answer.units
+    header = ["type", "class", "matters", "sure", f"clearance {unit}", "at least", "at most"]
+    print_table("Clearance by class", header, rows)
+
+
+def _matters(symbol: str, rule: Any) -> str:
+    word = "yes" if symbol in rule.clearance.relevant else "no"
+    return f"{word}, not shown" if symbol in rule.clearance.uninformed else word
+
+
+def _problems(
+    paths: list[Path],
+    settings: dict[str, Any],
+    options: dict[str, Any],
+    *,
+    json: bool,
+    out: Path | None,
+) -> None:
+    from demospec.rules import answer_problem
+
+    answers = []
+    with progress_bar() as progress:
+        for i, path in enumerate(paths):
+            answers.append(answer_problem(path, settings, **options))
+            progress("problems", i + 1, len(paths))
+    documents = [answer.document for answer in answers]
+    document: Any = documents[0] if len(paths) == 1 else documents
+    save_json(document, out)
+    if json:
+        print_json(document)
+        return
+    for path, answer in zip(paths, answers, strict=True):
+        print_table(f"{path.name}: {answer.document['status']}", answer.header, answer.rows)
+        for line in answer.sentences:
+            print(line)

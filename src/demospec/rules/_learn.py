@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,8 +15,12 @@ from demospec.frames import FloatArray, describe_length
 from demospec.progress import Progress, silent
 from demospec.rules._clearance import ClearanceFit, Sharing, fit_clearance
 from demospec.rules._clearance_distance import Distance, nearest_approach
-from demospec.rules._results import ClearanceRule, RuleSet, TypeRules
+from demospec.rules._influence_rule import influence_answer
+from demospec.rules._results import RuleSet, TypeRules
 from demospec.rules._words import clearance_words, listed, plural
+
+F_MAX = 60
+"""Bound on the summed penalty where nobody gives one, as in a problem file."""
 
 ANYONE = "anyone"
 """Name of the one type of a set in which no demonstration has a type."""
@@ -124,6 +129,7 @@ def learn_rules(
     distance: Distance = "footprint",
     split: str | None = "train",
     influence: bool = True,
+    settings: Mapping[str, Any] | None = None,
     progress: Progress = silent,
 ) -> RuleSet:
     """What every user type of a set keeps away from, and how far.
@@ -135,7 +141,10 @@ def learn_rules(
         sharing: See `fit_clearance`.
         distance: Clearances to the ``footprint`` or to the ``center``.
         split: Learn from scenes of this split (all where none is so marked).
-        influence: Answer with the influence family too.
+        influence: Answer with the influence family too: thresholds by class about the
+            centres, scenes pooled, within a second a type. Null, with the reason under
+            ``evidence``, where it does not apply.
+        settings: Of the influence problem: ``F_max``, ``reading``, ``preset``, ….
 
     Raises:
         CannotJudgeError: No scene lists its objects.
@@ -161,9 +170,8 @@ def learn_rules(
             unit=unit,
             distance=distance,
         )
-        rules[name] = _type_rules(data, seen, mine, fit)
+        rules[name] = _type_rules(data, seen, mine, fit, settings or {}, influence)
         progress("rules", i + 1, len(present))
-    del influence
     return RuleSet(rules, data.units, data.metres_per_unit, tuple(notes))
 
 
@@ -177,7 +185,12 @@ def _hundredth(data: DemonstrationSet) -> float:
 
 
 def _type_rules(
-    data: DemonstrationSet, seen: Approaches, mine: NDArray[np.bool_], fit: ClearanceFit
+    data: DemonstrationSet,
+    seen: Approaches,
+    mine: NDArray[np.bool_],
+    fit: ClearanceFit,
+    settings: Mapping[str, Any],
+    influence: bool,
 ) -> TypeRules:
     valid = seen.valid[mine]
     wrong = [str(data.demonstrations.demo_id[r]) for r in seen.rows[mine][list(fit.contradicted)]]
@@ -193,7 +206,12 @@ def _type_rules(
         "position_noise": round(fit.position_noise, 3),
         "exact": fit.exact,
     }
-    return TypeRules(fit.rule, None, type_sentence(data, fit, valid), evidence)
+    answer = None
+    if influence:
+        chosen = {"F_max": F_MAX, **settings}
+        answer, reason = influence_answer(data, seen.rows[mine], valid, chosen)
+        evidence["influence"] = reason or "see influence"
+    return TypeRules(fit.rule, answer, type_sentence(data, fit, valid), evidence)
 
 
 def type_sentence(data: DemonstrationSet, fit: ClearanceFit, valid: NDArray[np.bool_]) -> str:
@@ -229,6 +247,3 @@ def _positive_only(fit: ClearanceFit, scale: float | None, units: str) -> str:
             "a larger distance is not needed, a smaller one may do)"
         )
     return text
-
-
-__all__ = ["ANYONE", "Approaches", "ClearanceRule", "approaches", "learn_rules", "type_sentence"]

@@ -8,6 +8,7 @@ their spacing changes the answer.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -28,6 +29,7 @@ STRETCH_PX = 2.0
 
 _POINT = 0.05  # share of s₀ that a path without length has
 _SPACING = 1.0  # map pixels between places that are read
+_NEGLIGIBLE = 10.0  # places this many T above the lowest count e⁻¹⁰ times as much
 
 
 @dataclass(frozen=True)
@@ -46,7 +48,7 @@ class LogitMap:
         """(n,) logits of stacked paths (n, m, 2) or of n arrays (m_i, 2); set units."""
         import torch
 
-        with torch.inference_mode():
+        with torch.no_grad():
             if isinstance(paths, np.ndarray) and paths.ndim == 3:
                 out = self._stacked(torch.from_numpy(_checked(paths)), self._tensor())
             else:
@@ -79,41 +81,55 @@ class LogitMap:
         height, width = self.values.shape
         return self.size[0] / width, self.size[1] / height
 
-    def _read(self, points: Tensor, values: Tensor) -> Tensor:
-        """(a, b, 2) set units → (a, b)."""
-        from torch.nn import functional
-
-        place = points * points.new_tensor([2.0 / self.size[0], 2.0 / self.size[1]]) - 1.0
-        read = functional.grid_sample(
-            values, place[None], mode="bilinear", padding_mode="border", align_corners=False
-        )
-        return read[0, 0]
-
     def _stacked(self, p: Tensor, values: Tensor) -> Tensor:
+        """(n, m, 2) → (n,). Reads every corner, then cuts only the segments that can matter."""
         import torch
 
-        if p.shape[0] == 0:
+        count, corners = p.shape[:2]
+        if count == 0:
             return p.new_zeros(0)
-        scale = p.new_tensor(self._pixel)
-        if p.shape[1] > 1:
-            step = (p[:, 1:] - p[:, :-1]) / scale
-            longest = float(step.detach().square().sum(-1).max()) ** 0.5
-            pieces = min(256, max(1, int(np.ceil(longest / _SPACING))))
-            if pieces > 1:
-                t = torch.arange(pieces, dtype=p.dtype) / pieces
-                between = p[:, :-1, None] + (p[:, 1:] - p[:, :-1])[:, :, None] * t[:, None]
-                p = torch.cat([between.flatten(1, 2), p[:, -1:]], dim=1)
-        level = self._read(p, values)
-        weight = torch.full_like(level, _POINT / p.shape[1])
-        if p.shape[1] > 1:
-            # A point without its neighbour's distance (a path that halts) has no slope there.
-            square = ((p[:, 1:] - p[:, :-1]) / scale).square().sum(-1)
-            length = torch.sqrt(square + 1e-12) * (0.5 / STRETCH_PX)
-            weight = weight + torch.nn.functional.pad(length, (0, 1))
-            weight = weight + torch.nn.functional.pad(length, (1, 0))
-        lowest = level.detach().amin(dim=1, keepdim=True)
-        total = (weight * torch.exp((lowest - level) * (1.0 / TEMPERATURE))).sum(dim=1)
-        return lowest[:, 0] - TEMPERATURE * torch.log(total)
+        coarse = self._read(p.flatten(0, 1), values).view(count, corners)
+        lowest = coarse.detach().amin(dim=1)
+        if corners == 1:
+            return coarse[:, 0] - TEMPERATURE * float(np.log(_POINT))
+        width, height = self._pixel
+        dx = (p[:, 1:, 0] - p[:, :-1, 0]) * (1.0 / width)
+        dy = (p[:, 1:, 1] - p[:, :-1, 1]) * (1.0 / height)
+        # A segment without length has no slope; the tiny term keeps its gradient finite.
+        length = torch.sqrt(dx * dx + dy * dy + 1e-12)
+        known = coarse.detach()
+        bound = torch.minimum(known[:, 1:], known[:, :-1]) - self._steepest * 0.5 * length.detach()
+        row, segment = (bound < (lowest + _NEGLIGIBLE * TEMPERATURE)[:, None]).nonzero().unbind(1)
+        long = length[row, segment]
+        pieces = min(512, max(1, int(np.ceil(float(long.detach().max()) / _SPACING))))
+        t = ((torch.arange(pieces, dtype=p.dtype) + 0.5) / pieces)[None, :, None]
+        first, last = p[row, segment], p[row, segment + 1]
+        between = first[:, None] * (1 - t) + last[:, None] * t
+        level = self._read(between.flatten(0, 1), values).view(len(row), pieces)
+        # The lowest place may lie between corners.
+        least = lowest.scatter_reduce(0, row, level.detach().amin(dim=1), "amin")
+        share = torch.exp((least[row, None] - level) * (1.0 / TEMPERATURE)).mean(dim=1)
+        total = _POINT * torch.exp((least - coarse.amin(dim=1)) * (1.0 / TEMPERATURE))
+        total = total.index_add(0, row, share * long * (1.0 / STRETCH_PX))
+        return least - TEMPERATURE * torch.log(total)
+
+    def _read(self, points: Tensor, values: Tensor) -> Tensor:
+        """(k, 2) set units → (k,)."""
+        from torch.nn import functional
+
+        # grid_sample's own frame: −1 and 1 are the outer edges of the picture.
+        place = points * points.new_tensor([2.0 / self.size[0], 2.0 / self.size[1]]) - 1.0
+        read = functional.grid_sample(
+            values, place[None, None], mode="bilinear", padding_mode="border", align_corners=False
+        )
+        return read[0, 0, 0]
+
+    @cached_property
+    def _steepest(self) -> float:
+        """Largest slope of the map, logits a map pixel."""
+        v = self.values
+        along = [float(np.abs(np.diff(v, axis=axis)).max(initial=0.0)) for axis in (0, 1)]
+        return float(np.hypot(*along))
 
     def _ragged(self, paths: list[NDArray[np.float32]]) -> Tensor:
         """Paths of different lengths, each cut to the same spacing; equal lengths together."""

@@ -274,6 +274,10 @@ class PaperView:
     def p_valid(self, paths: Paths, type: str) -> FloatArray:
         return probability(self.logits(paths, type))
 
+    def p_of_logits(self, logits: FloatArray) -> FloatArray:
+        """The logistic function."""
+        return probability(logits)
+
     def logits_and_gradients(self, paths: FloatArray, type: str) -> tuple[FloatArray, FloatArray]:
         """Exact where the paths are Bézier curves of the model's order at uniform parameter.
 

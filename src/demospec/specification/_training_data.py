@@ -143,18 +143,38 @@ def bezier_controls(paths: Paths, order: int = 2) -> FloatArray:
     return out
 
 
+_BLOCK = 256
+"""Paths fitted at a time: a block of them stays in the processor's cache."""
+
+
 def _stacked_controls(paths: FloatArray, order: int) -> FloatArray:
     n, m, _ = paths.shape
     if m < order + 1:
         return np.stack([fit_bezier(p, order) for p in paths])
+    fit, draw = _flat_maps(order, m)
+    flat = np.ascontiguousarray(paths, dtype=np.float64).reshape(n, 2 * m)
+    out = np.empty((n, 2 * (order - 1)))
+    for low in range(0, n, _BLOCK):
+        block = flat[low : low + _BLOCK]
+        controls = np.matmul(block, fit, out=out[low : low + _BLOCK])
+        drawn = np.concatenate([block[:, :2], controls, block[:, -2:]], axis=1) @ draw
+        drawn -= block
+        # A residual of a thousandth of a pixel is rounding; more is not this curve's parameter.
+        refused = np.flatnonzero(np.maximum(drawn.max(axis=1), -drawn.min(axis=1)) > 1e-3)
+        for i in refused:
+            controls[i] = fit_bezier(paths[low + i], order, refine=8).ravel()
+    return out.reshape(n, order - 1, 2)
+
+
+@lru_cache(maxsize=256)
+def _flat_maps(order: int, m: int) -> tuple[FloatArray, FloatArray]:
+    """Bz (2m, 2·(order − 1)) and Bz⁻¹ (2·(order + 1), 2m) on paths laid out x, y, x, y, …"""
     ends, inner, inverse = bezier_inverse(order, m)
-    both = paths[:, [0, -1]]
-    controls = np.asarray(inverse @ (paths - ends @ both))
-    # A residual of a thousandth of a pixel is rounding; more is not this curve's parameter.
-    residual = np.abs(ends @ both + inner @ controls - paths).reshape(n, -1).max(axis=1)
-    for i in np.flatnonzero(residual > 1e-3):
-        controls[i] = fit_bezier(paths[i], order, refine=8)
-    return controls
+    fit = inverse.copy()
+    fit[:, [0, -1]] -= inverse @ ends
+    both = np.eye(2)
+    draw = np.concatenate([ends[:, :1], inner, ends[:, 1:]], axis=1)
+    return np.kron(fit, both).T.copy(), np.kron(draw, both).T.copy()
 
 
 @lru_cache(maxsize=256)

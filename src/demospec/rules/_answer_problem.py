@@ -1,0 +1,116 @@
+"""One problem file of either family → its answer as a document, a table and sentences."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from demospec.errors import InputError
+from demospec.frames import describe_length
+
+
+@dataclass(frozen=True)
+class ProblemAnswer:
+    """An answer to a problem file.
+
+    Args:
+        document: JSON.
+        header, rows: The same as a table for people.
+        sentences: In plain words.
+    """
+
+    document: dict[str, Any]
+    header: tuple[str, ...]
+    rows: tuple[tuple[Any, ...], ...]
+    sentences: tuple[str, ...]
+
+
+def answer_problem(
+    path: str | os.PathLike[str],
+    settings: Mapping[str, Any] | None = None,
+    **options: Any,
+) -> ProblemAnswer:
+    """Reads a problem file and solves it.
+
+    Args:
+        settings: Fields that replace those of an influence problem (reading, F_max, …).
+        options: Of `solve`: engine, tolerant, time_limit_s.
+
+    Raises:
+        InputError: Naming file and field.
+    """
+    from demospec.files import read_json
+
+    document = read_json(path)
+    try:
+        if not isinstance(document, dict):
+            raise InputError("a rule problem (an object {…})", document)
+        family = document.get("family", "influence")
+        if family == "clearance":
+            return _clearance(document)
+        if family != "influence":
+            raise InputError("influence or clearance", family, field="family")
+        return _influence({**document, **(settings or {})}, options)
+    except InputError as error:
+        raise error.at(file=path) from error
+
+
+def _clearance(document: dict[str, Any]) -> ProblemAnswer:
+    from demospec.rules._clearance_problem import clearance_answer, clearance_problem_from_document
+    from demospec.rules._words import clearance_words
+
+    problem = clearance_problem_from_document(document)
+    answer = clearance_answer(problem)
+    rows = tuple(
+        (
+            symbol,
+            "yes" if symbol in answer["relevant"] else "no",
+            answer["value"].get(symbol),
+            *answer["interval"].get(symbol, (None, None)),
+        )
+        for symbol in problem.symbols
+    )
+    units = document.get("units", "px")
+    text = clearance_words(
+        answer["value"],
+        problem.symbols,
+        answer["uninformed"],
+        metres_per_unit=document.get("metres_per_unit"),
+        units=units if isinstance(units, str) else "px",
+        distance=problem.distance,
+    )
+    header = ("class", "matters", "clearance", "at least", "at most")
+    return ProblemAnswer(answer, header, rows, (text,))
+
+
+def _influence(document: dict[str, Any], options: Mapping[str, Any]) -> ProblemAnswer:
+    from demospec.rules._answer import describe_influence
+    from demospec.rules._problem import problem_from_document
+    from demospec.rules._solve import solve
+
+    problem = problem_from_document(document)
+    answer = solve(problem, **options)
+    scale = document.get("metres_per_unit")
+    units = document.get("units", "px")
+
+    def length(value: float) -> str:
+        return describe_length(value, scale, units)
+
+    rows = []
+    if answer.min is not None and answer.max is not None:
+        hull_T = answer.hull_T_min or (None, None)
+        rows.append(("T_min", answer.min[0], answer.max[0], *hull_T, _flag(answer, "T_min")))
+        for k, name in enumerate(answer.names):
+            hull = answer.hull_radius[k] if answer.hull_radius else (None, None)
+            rows.append((name, answer.min[k + 1], answer.max[k + 1], *hull, _flag(answer, name)))
+        rows.append(("L", answer.L_min, answer.L_max, None, None, ""))
+    header = ("parameter", "at min L", "at max L", "hull from", "hull to", "")
+    return ProblemAnswer(
+        answer.to_json(), header, tuple(rows), describe_influence(answer, problem, length)
+    )
+
+
+def _flag(answer: Any, name: str) -> str:
+    return "set by the bound, not by data" if name in answer.saturated else ""

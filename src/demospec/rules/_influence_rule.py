@@ -1,0 +1,236 @@
+"""The influence family for user types: pooled problems from a set, and verdicts from an answer.
+
+Verdicts are exact: the same whole numbers as the engines use (levels ceil(d), penalties
+round_half_up(scale · d)).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from demospec.demonstrations import DemonstrationSet, Paths
+from demospec.errors import CannotJudgeError, InputError
+from demospec.frames import FloatArray, describe_length
+from demospec.rules._words import plural
+from demospec.scene import Scene
+
+WITHIN_S = 1.0
+"""Seconds that one type's influence answer may take beside its clearance rule."""
+
+Parameters = tuple[int, dict[str, int]]
+
+
+def parameters_of(answer: Mapping[str, Any], at: str) -> Parameters:
+    """(T_min, T_object) of an answer: those of its maximum, the most careful printed choice.
+
+    Raises:
+        InputError: The answer has no parameters, or they are not whole numbers.
+    """
+    chosen = answer.get("max") or answer.get("min")
+    if not isinstance(chosen, dict):
+        raise InputError("an answer with max or min", answer.get("status"), field=at)
+    radii = chosen.get("T_object")
+    if not isinstance(radii, dict):
+        raise InputError("whole numbers by name", radii, field=f"{at}.max.T_object")
+    found = {"T_min": chosen.get("T_min"), **radii}
+    for name, value in found.items():
+        if isinstance(value, bool) or not isinstance(value, int) or value < 0:
+            raise InputError("a whole number of at least 0", value, field=f"{at}.max.{name}")
+    return chosen["T_min"], {str(k): int(v) for k, v in radii.items()}
+
+
+def check_influence(answer: Mapping[str, Any], at: str) -> None:
+    """InputError unless the answer can judge: parameters and settings."""
+    parameters_of(answer, at)
+    settings = answer.get("settings")
+    if not isinstance(settings, dict):
+        raise InputError("the settings of the answer", settings, field=f"{at}.settings")
+    try:
+        _problem(settings, (), ())
+    except InputError as error:
+        raise InputError(
+            error.expected, error.found, field=f"{at}.settings.{error.field}"
+        ) from None
+
+
+def _problem(settings: Mapping[str, Any], scenes: Any, trajectories: Any) -> Any:
+    from demospec.rules._problem import problem_from_document
+
+    document = {
+        **{k: v for k, v in settings.items() if k in _SETTINGS},
+        "scenes": list(scenes) or [{"objects": []}],
+        "trajectories": list(trajectories),
+    }
+    return problem_from_document(document)
+
+
+_SETTINGS = ("preset", "F_max", "scale", "reading", "penalty", "weights", "thresholds", "bounds")
+
+
+def influence_margins(answer: Mapping[str, Any], scene: Scene, paths: Paths) -> FloatArray:
+    """(n,) F_max − Σ f for each path as recorded, units of the penalty; ≤ 0 where rejected.
+
+    A path with a point within T_min of any object gets minus one more than its deficit or
+    minus F_max, whichever is worse. Sums are compared as whole numbers before they become
+    floats, so the sign is exact.
+
+    Raises:
+        CannotJudgeError: The scene does not list its objects, or holds one (under thresholds
+            by instance) that the answer does not name.
+    """
+    from demospec.rules._problem import RuleTrajectory
+    from demospec.rules._steps import step_problem
+
+    T_min, T_object = parameters_of(answer, "influence")
+    settings = answer["settings"]
+    by_class = settings.get("thresholds", "instance") == "class"
+    objects = []
+    for item in scene.listed_objects():
+        name = item.symbol if by_class else item.id
+        if not by_class and name not in T_object and f"{scene.scene_id}/{name}" not in T_object:
+            raise CannotJudgeError(
+                f"objects named {', '.join(list(T_object)[:6])}",
+                name,
+                row=f"scene {scene.scene_id}",
+                field="objects.id",
+            )
+        if by_class and name not in T_object:
+            continue  # a class that the rule never saw has no influence in it
+        objects.append({"id": item.id, "class": item.symbol, "center": list(item.center)})
+    base = _problem(settings, [{"objects": objects}], [])
+    from dataclasses import replace
+
+    rows = tuple(RuleTrajectory(0, True, np.asarray(p, dtype=np.float64)[:, :2]) for p in paths)
+    T_large = max([T_min, *T_object.values()])
+    bounds = replace(base.bounds, T_min=(0, max(T_min, 1)), T_object=(0, max(T_large, 1)))
+    steps = step_problem(replace(base, trajectories=rows, bounds=bounds))
+    out = np.empty(len(rows))
+    for block in steps.blocks:
+        names = [base.parameters[k] for k in block.parameters]
+        values = [T_object.get(n, T_object.get(f"{scene.scene_id}/{n}", 0)) for n in names]
+        total = _totals(base, block, [T_min + v for v in values])
+        deficit = np.asarray(steps.limit) - total
+        contact = block.closest <= T_min
+        units = deficit / steps.unit
+        units[contact] = np.minimum(units[contact], -float(base.F_max)) - 1.0
+        # Exactly F_max is rejected; the sign of whole numbers survives the division.
+        units[(deficit == 0) & ~contact] = -1e-9
+        out[block.rows] = units
+    return out
+
+
+def _totals(problem: Any, block: Any, radius: Sequence[int]) -> NDArray[np.int64]:
+    """(n,) summed penalty of every trajectory of a block at given radii."""
+    total = np.zeros(len(block.rows), dtype=np.int64)
+    for j, r in enumerate(radius):
+        total += block.table[:, j, r]
+    shared = block.shared
+    if shared is None:
+        return total
+    r = np.asarray(radius, dtype=np.int64)[shared.parameter]
+    active = shared.level <= r
+    cost = shared.penalty
+    if problem.penalty == "hinge":
+        cost = problem.scale * r - shared.penalty
+    elif problem.penalty == "count":
+        cost = np.full_like(shared.penalty, problem.scale)
+    if problem.reading == "max_active":
+        point = np.where(active, cost, 0).max(axis=1)
+    else:  # the first active one, in the order in which the reading looks
+        first = active.argmax(axis=1)
+        point = np.where(active.any(axis=1), cost[np.arange(len(cost)), first], 0)
+    np.add.at(total, shared.row, point * shared.weight)
+    return total
+
+
+def influence_answer(
+    data: DemonstrationSet,
+    rows: NDArray[np.int64],
+    valid: NDArray[np.bool_],
+    settings: Mapping[str, Any],
+    *,
+    within_s: float = WITHIN_S,
+) -> tuple[dict[str, Any] | None, str]:
+    """The pooled influence answer of one type, thresholds by class; or None and the reason.
+
+    Args:
+        rows: Demonstrations of the type, all in scenes that list their objects.
+        valid: (n,) their labels.
+        settings: Of the problem (F_max, reading, penalty, weights, preset).
+        within_s: Time limit, seconds.
+    """
+    if valid.all() or not valid.any():
+        return None, "accepted and rejected demonstrations are needed"
+    if data.units != "px":
+        return None, f"whole numbers of px are needed, not of {data.units}"
+    d = data.demonstrations
+    used = sorted({data.scene_index[d.scene_id[i]] for i in rows})
+    place = {s: i for i, s in enumerate(used)}
+    scenes = [
+        {
+            "id": data.scenes[s].scene_id,
+            "objects": [
+                {"id": o.id, "class": o.symbol, "center": [round(c, 2) for c in o.center]}
+                for o in data.scenes[s].listed_objects()
+            ],
+        }
+        for s in used
+    ]
+    reach = int(np.ceil(_extent(data)))
+    every = {
+        "thresholds": "class",
+        "bounds": {"T_min": [0, min(reach, 200)], "T_object": [0, min(reach, 200)]},
+        **settings,
+    }
+    from dataclasses import replace
+
+    from demospec.rules._problem import RuleTrajectory
+    from demospec.rules._solve import solve
+
+    problem = replace(
+        _problem(every, scenes, []),
+        trajectories=tuple(
+            RuleTrajectory(
+                place[data.scene_index[d.scene_id[i]]],
+                bool(ok),
+                np.round(d.points(int(i))[:, :2], 2),
+                str(d.demo_id[i]),
+            )
+            for i, ok in zip(rows, valid, strict=True)
+        ),
+    )
+    answer = solve(problem, time_limit_s=within_s)
+    if answer.status == "infeasible":
+        return None, f"no radii about the centres agree with all labels (F_max {every['F_max']})"
+    if answer.max is None and answer.min is None:
+        return None, f"no answer within {within_s:g} s"
+    return answer.to_json(), ""
+
+
+def _extent(data: DemonstrationSet) -> float:
+    sizes = [max(s.size_px) for s in data.scenes if s.size_px is not None]
+    return float(max(sizes)) if sizes else float(np.ptp(data.demonstrations.flat[:, :2]))
+
+
+def influence_words(answer: Mapping[str, Any], metres_per_unit: float | None) -> str:
+    """``keeps at least 37 px (14.8 cm) from the drill; between 37 and 159 px it depends …``."""
+    hull = answer.get("hull")
+    if not hull:
+        return ""
+    T_min = hull["T_min"][0]
+    parts = []
+    for name, (_, most) in hull["radius"].items():
+        least = describe_length(T_min, metres_per_unit)
+        where = plural(name) if answer["settings"].get("thresholds") == "class" else f"the {name}"
+        if most <= T_min:
+            parts.append(f"keeps at least {least} from {where}")
+            continue
+        parts.append(
+            f"keeps at least {least} from {where}; between {T_min} and "
+            f"{describe_length(most, metres_per_unit)} it depends on how long"
+        )
+    return "; ".join(parts)
