@@ -13,6 +13,7 @@ from demospec.rules._results import ClearanceRule, RuleSet, RuleView, TypeRules
 
 if TYPE_CHECKING:
     from demospec.rules._answer import InfluenceAnswer, describe_influence
+    from demospec.rules._answer_problem import ProblemAnswer, answer_problem
     from demospec.rules._clearance import ClearanceFit, fit_clearance
     from demospec.rules._conflict import minimal_conflict
     from demospec.rules._documents import read_rules, rules_document, rules_from_document
@@ -35,6 +36,8 @@ if TYPE_CHECKING:
     from demospec.rules._sweep_grid import ThresholdGrid, WidthCurve, threshold_grid, width_curve
 
 __all__ = [
+    "answer_problem",
+    "ProblemAnswer",
     "minimal_conflict",
     "WidthCurve",
     "width_curve",
@@ -73,6 +76,8 @@ __all__ = [
 ]
 
 _HOME = {
+    "answer_problem": "_answer_problem",
+    "ProblemAnswer": "_answer_problem",
     "minimal_conflict": "_conflict",
     "WidthCurve": "_sweep_grid",
     "width_curve": "_sweep_grid",
