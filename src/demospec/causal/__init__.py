@@ -4,7 +4,11 @@ Paired interventions on scenes (add, remove, move, swap, placebo) and on the typ
 tests with Holm's correction, a minimum effect, and words. No network classes in here.
 """
 
+from demospec.causal._agreement import Agreement, Disagreement, agreement
+from demospec.causal._boundary import Boundary, BoundaryShift, boundary_shift
+from demospec.causal._counterfactual import Counterfactual, Without, had_it_not_been_there
 from demospec.causal._document import findings_from_document
+from demospec.causal._effect_map import EffectMap, effect_map
 from demospec.causal._estimate import estimate
 from demospec.causal._find import editor_for, find_causes, run_trials
 from demospec.causal._find_in_set import trials_of_set
@@ -22,6 +26,17 @@ from demospec.causal._statistics import holm, mean_interval, sign_flip_p, smalle
 from demospec.causal._trials import Trial, TrialTable, to_arrow, write_trials
 
 __all__ = [
+    "Agreement",
+    "Boundary",
+    "BoundaryShift",
+    "Counterfactual",
+    "Disagreement",
+    "EffectMap",
+    "Without",
+    "agreement",
+    "boundary_shift",
+    "effect_map",
+    "had_it_not_been_there",
     "CausalFindings",
     "Editor",
     "Estimate",

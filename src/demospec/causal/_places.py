@@ -107,6 +107,20 @@ def free_spots(
     return np.asarray(np.concatenate(found)[:n])
 
 
+def room_at(
+    scene: Scene, region: Region, points: FloatArray, *, clear_ends_px: float, gap_px: float
+) -> FloatArray:
+    """(n,) radius of the largest disc that may stand at each of points (n, 2), pixels."""
+    p = np.asarray(points, dtype=np.float64)
+    low, high = np.asarray(region.low) + 0.5, np.asarray(region.high) - 0.5
+    room = np.minimum(p - low, high - p).min(axis=1)
+    for end in (scene.start[:2], scene.goal[:2]):
+        room = np.minimum(room, np.linalg.norm(p - np.asarray(end), axis=1) - clear_ends_px)
+    for item in scene.objects or ():
+        room = np.minimum(room, item.outline.signed_distance(p) - gap_px)
+    return np.asarray(room)
+
+
 def distance_from_line(points: FloatArray, scene: Scene) -> FloatArray:
     """(n,) distance of points (n, 2) from the straight segment start–goal, pixels."""
     start, goal = scene.start[:2], scene.goal[:2]

@@ -1,0 +1,236 @@
+"""Causal analysis against the ground truth: tables right, effects near, placebo null, coverage.
+
+    python benchmarks/causal.py field --repeats 40          # lists shown, training scenes
+    python benchmarks/causal.py pictures --repeats 12       # pictures only, unseen scenes and items
+    python benchmarks/causal.py rules --repeats 40          # learned rules (no network)
+    python benchmarks/causal.py paper                       # the paper's model and its table
+    python benchmarks/causal.py coverage                    # 95 % intervals under the truth
+    python benchmarks/causal.py show                        # print what is recorded
+
+Every repeat draws fresh scenes and demonstrations (n = 9 per scene and type, 20 scenes) and
+fits anew. The truth answers the same interventions with the same paths. Each study writes its
+part of benchmarks/results/causal.json.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import platform
+import sys
+import time
+from dataclasses import replace
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(variable, "1")
+
+import numpy as np  # noqa: E402
+
+from demospec.causal import (  # noqa: E402
+    CausalFindings,
+    Settings,
+    estimate,
+    mean_interval,
+    trials_of_set,
+)
+from demospec.demonstrations import DemonstrationSet, ValidityModel, simulate_set  # noqa: E402
+from demospec.rules import learn_rules, rules_from_document  # noqa: E402
+
+RESULTS = Path(__file__).parent / "results" / "causal.json"
+FIRST_SEED = 5000
+EXPECTED = {("careful", s) for s in ("utensil", "plate", "bowl", "glass")} | {("normal", "glass")}
+
+
+def fitted(kind: str, data: DemonstrationSet, seed: int) -> ValidityModel:
+    """A model of that kind, fitted on the training scenes."""
+    if kind == "rules":
+        return learn_rules(data)
+    import torch
+
+    from demospec.specification import fit_model
+
+    torch.set_num_threads(1)
+    return fit_model(data, model=kind, seed=seed)
+
+
+def repeat(kind: str, seed: int, *, unseen: bool, hide_lists: bool) -> dict[str, Any]:
+    """One fresh set, one fit, one analysis by the model and one by the truth."""
+    data, truth = simulate_set(
+        seed=seed, demonstrations=9, train_scenes=20, test_scenes=20 if unseen else 0
+    )
+    began = time.process_time()
+    model = fitted(kind, data.of_split("train"), seed)
+    fit_s = time.process_time() - began
+    split = "test" if unseen else "train"
+    settings = Settings(seed=seed, hide_lists=hide_lists)
+    began = time.process_time()
+    found = estimate(trials_of_set(model, data, split=split, settings=settings), settings)
+    run_s = time.process_time() - began
+    plain = replace(settings, hide_lists=False)
+    true = estimate(
+        trials_of_set(rules_from_document(truth), data, split=split, settings=plain), plain
+    )
+    return compared(found, true) | {"seed": seed, "fit_cpu_s": fit_s, "run_cpu_s": run_s}
+
+
+def compared(found: CausalFindings, true: CausalFindings) -> dict[str, Any]:
+    """Cell by cell: claim, effect by the model, effect by the truth."""
+    cells = []
+    for cell in found.effects:
+        other = true.effect(cell.type, cell.symbol)
+        cells.append(
+            {
+                "type": cell.type,
+                "symbol": cell.symbol,
+                "effect": cell.effect,
+                "true_effect": other.effect,
+                "causal": cell.causal,
+                "truth_causal": other.causal,
+                "right": cell.causal == ((cell.type, cell.symbol) in EXPECTED),
+                "interval": cell.interval,
+            }
+        )
+    return {
+        "cells": cells,
+        "base": {t: [found.base[t].mean, true.base[t].mean] for t in found.types},
+        "placebo": {p.type: p.effect for p in found.placebo},
+        "placebo_null": found.placebo_is_null,
+        "truth_table_right": all(
+            (c.causal == ((c.type, c.symbol) in EXPECTED)) for c in true.effects
+        ),
+    }
+
+
+def summary(runs: list[dict[str, Any]]) -> dict[str, Any]:
+    """The numbers that the issue asks for."""
+    cells = [c for r in runs for c in r["cells"]]
+    gaps = np.array([abs(c["effect"] - c["true_effect"]) for c in cells])
+    placebo = np.array([abs(v) for r in runs for v in r["placebo"].values()])
+    return {
+        "repeats": len(runs),
+        "tables_with_all_12_right": float(np.mean([all(c["right"] for c in r["cells"])
+                                                   for r in runs])),
+        "cells_right": float(np.mean([c["right"] for c in cells])),
+        "truth_tables_right": float(np.mean([r["truth_table_right"] for r in runs])),
+        "effect_error_mean": float(gaps.mean()),
+        "effect_error_max": float(gaps.max()),
+        "effects_within_0.02": float((gaps <= 0.02).mean()),
+        "placebo_max": float(placebo.max()),
+        "run_cpu_s_median": float(np.median([r["run_cpu_s"] for r in runs])),
+        "fit_cpu_s_median": float(np.median([r["fit_cpu_s"] for r in runs])),
+        "wrong_cells": [
+            f"{r['seed']}: {c['type']}/{c['symbol']} {c['effect']:+.3f} (truth "
+            f"{c['true_effect']:+.3f})" for r in runs for c in r["cells"] if not c["right"]
+        ],
+    }  # fmt: skip
+
+
+def study(name: str, kind: str, repeats: int, *, unseen: bool, hide_lists: bool) -> None:
+    """Repeats, saved one by one: an interrupted study goes on where it stopped."""
+    runs = [] if name not in recorded() else list(recorded()[name]["runs"])
+    for k in range(len(runs), repeats):
+        runs.append(repeat(kind, FIRST_SEED + k, unseen=unseen, hide_lists=hide_lists))
+        record(name, {"summary": summary(runs), "runs": runs})
+        line = {k: v for k, v in summary(runs).items() if k != "wrong_cells"}
+        print(json.dumps(line), flush=True)
+
+
+def coverage(scenes: int = 600, groups: int = 2000) -> None:
+    """How often the 95 % intervals of groups of scenes hold the mean of all scenes."""
+    data, truth = simulate_set(
+        seed=FIRST_SEED - 1, demonstrations=1, train_scenes=scenes, test_scenes=0
+    )
+    settings = Settings(seed=1)
+    bare = replace(
+        data, scenes=tuple(s.with_changes(objects=s.objects, picture=None) for s in data.scenes)
+    )
+    model = rules_from_document(truth)
+    table = trials_of_set(model, bare, settings=settings, types=["careful", "normal"])
+    columns = {}
+    for k, type_ in enumerate(table.types):
+        columns[f"base {type_}"] = np.array([b[k].mean() for b in table.before])
+        for symbol in table.symbols:
+            columns[f"{type_} {symbol}"] = table.scene_differences("add", symbol)[0][k]
+    out: dict[str, dict[str, float]] = {}
+    rng = np.random.default_rng(0)
+    for n in (10, 20, 40):
+        for name, values in columns.items():
+            if not values.any():
+                continue
+            hits = 0
+            for g in range(groups):
+                group = values[rng.integers(0, len(values), n)]
+                low, high = mean_interval(group, seed=g) or (0.0, 0.0)
+                hits += low <= values.mean() <= high
+            out.setdefault(f"n = {n}", {})[name] = hits / groups
+        print(n, out[f"n = {n}"], flush=True)
+    record("coverage", {"scenes": scenes, "groups": groups, "share_covered": out})
+
+
+def paper(seeds: int = 3) -> None:
+    """The paper's model, its table; seen and unseen scenes apart."""
+    out = []
+    for seed in range(FIRST_SEED, FIRST_SEED + seeds):
+        for unseen in (False, True):
+            found = repeat("paper", seed, unseen=unseen, hide_lists=False)
+            out.append({"unseen": unseen, **found})
+            print(seed, "unseen" if unseen else "seen", found["base"], found["placebo"])
+            for cell in found["cells"]:
+                print("   ", cell)
+    record("paper", {"runs": out})
+
+
+def recorded() -> dict[str, Any]:
+    """What the results file holds."""
+    return json.loads(RESULTS.read_text()) if RESULTS.exists() else {}
+
+
+def record(name: str, part: dict[str, Any]) -> None:
+    """Replaces one study in the results file."""
+    machine = {
+        "machine": f"{platform.machine()}, {os.cpu_count()} cores, one thread",
+        "python": platform.python_version(),
+        "versions": {p: version(p) for p in ("numpy", "torch", "scipy")},
+    }
+    command = f"python benchmarks/causal.py {' '.join(sys.argv[1:])}"
+    document = {**recorded(), name: {"command": command, **machine, **part}}
+    RESULTS.parent.mkdir(exist_ok=True)
+    temporary = RESULTS.with_suffix(f".{os.getpid()}.tmp")
+    temporary.write_text(json.dumps(document, indent=1) + "\n")
+    temporary.replace(RESULTS)
+
+
+def show() -> None:
+    """Prints the recorded summaries."""
+    for name, part in recorded().items():
+        print(f"{name}  ({part['command']})")
+        for key, value in part.get("summary", part.get("share_covered", {})).items():
+            print(f"    {key}: {value}")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument(
+        "study", nargs="?", default="show",
+        choices=["field", "pictures", "rules", "paper", "coverage", "show"],
+    )  # fmt: skip
+    parser.add_argument("--repeats", type=int, default=40)
+    arguments = parser.parse_args()
+    if arguments.study == "coverage":
+        coverage()
+    elif arguments.study == "paper":
+        paper()
+    elif arguments.study == "show":
+        show()
+    else:
+        hidden = arguments.study == "pictures"
+        kind = "field" if hidden else arguments.study
+        study(arguments.study, kind, arguments.repeats, unseen=hidden, hide_lists=hidden)
+
+
+if __name__ == "__main__":
+    main()
