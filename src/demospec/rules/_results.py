@@ -12,8 +12,8 @@ from demospec.demonstrations import Paths
 from demospec.errors import InputError
 from demospec.frames import FloatArray
 from demospec.rules._clearance_distance import (
-    Distance,
     DensePaths,
+    Distance,
     FlatPaths,
     nearest_approach,
     nearest_points,
