@@ -271,8 +271,9 @@ def _check_rows(
             scene_of = np.array([place.get(name, -1) for name in part.scene_id], dtype=np.int64)
             _check_names(part, places, seen, names, header, file, report)
             _check_far(part, scene_of, table, places, file, report)
-            oddities.add(part, scene_of, places)
-            tally.add(part)
+            if len(part):
+                oddities.add(part, scene_of, places)
+                tally.add(part)
             first_row += len(batch)
             progress("check", first_row, total)
     except InputError as error:

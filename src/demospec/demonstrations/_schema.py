@@ -22,7 +22,11 @@ def _coordinate(value: float) -> float:
     return value
 
 
-Coordinate = Annotated[float, AfterValidator(_coordinate)]
+Coordinate = Annotated[
+    float,
+    AfterValidator(_coordinate),
+    Field(json_schema_extra={"minimum": -MAX_COORDINATE, "maximum": MAX_COORDINATE}),
+]
 Name = Annotated[str, Field(min_length=1, max_length=1000)]
 
 

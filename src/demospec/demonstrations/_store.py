@@ -125,13 +125,14 @@ def _inside(folder: Path, name: str, file: Path, row: int) -> Path:
     base = Path(os.path.realpath(folder))
     try:
         target = Path(os.path.realpath(folder / name))
-    except (OSError, ValueError, RuntimeError) as error:
+        there = target.is_file()
+    except (OSError, ValueError, RuntimeError) as error:  # too long, a NUL, a loop of links
         raise InputError(
             "a file in the scenes folder", name, file=file, row=row, field="file_name"
         ) from error
     if os.path.isabs(name) or not target.is_relative_to(base):
         raise InputError("a file in the scenes folder", name, file=file, row=row, field="file_name")
-    if not target.is_file():
+    if not there:
         raise InputError("a picture that exists", name, file=file, row=row, field="file_name")
     return target
 
