@@ -1,0 +1,161 @@
+"""Conflicts, tolerant fits, F_max unknown: against brute force."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from rules_oracle import answer_from_sets, assert_same, consistent_sets, contradictions, totals
+from rules_problems import pixel_problem, random_problem
+
+import demospec.rules._exact as exact
+import demospec.rules._tolerant as tolerant
+from demospec.rules import (
+    Bounds,
+    RuleObject,
+    RuleProblem,
+    RuleScene,
+    RuleTrajectory,
+    describe_influence,
+    identify_F_max,
+    minimal_conflict,
+    solve,
+)
+
+
+@pytest.fixture(params=["counted", "searched"])
+def way(request, monkeypatch):
+    if request.param == "searched":
+        monkeypatch.setattr(tolerant, "GRID_CELLS", 0)
+        monkeypatch.setattr(exact, "SWEEP_CELLS", -1)
+    return request.param
+
+
+def test_a_conflict_is_a_conflict_and_minimal(way):
+    seen = 0
+    for seed in range(150):
+        problem = random_problem(seed, flip=0.3)
+        if len(consistent_sets(problem)):
+            continue
+        seen += 1
+        conflict = solve(problem).conflict
+        assert conflict
+        assert len(consistent_sets(problem.subset(conflict))) == 0
+        for i in conflict:
+            rest = [j for j in conflict if j != i]
+            assert len(consistent_sets(problem.subset(rest))) > 0
+    assert seen > 30
+
+
+def test_a_consistent_problem_has_no_conflict():
+    for seed in range(20):
+        problem = random_problem(seed, flip=0.0)
+        if len(consistent_sets(problem)):
+            assert minimal_conflict(problem) is None
+            assert solve(problem).conflict is None
+
+
+def test_a_tolerant_fit_contradicts_fewest(way):
+    for seed in range(80):
+        problem = random_problem(seed, flip=0.3)
+        sets, wrong = contradictions(problem)
+        fewest = wrong.sum(axis=1).min()
+        answer = tolerant.solve_tolerant(problem, math.inf, 10**6)
+        assert answer.contradicted is not None
+        assert len(answer.contradicted) == fewest, seed
+        assert_same(answer, answer_from_sets(sets[wrong.sum(axis=1) == fewest]), f"seed {seed}")
+        at_min = wrong[(sets == np.array(answer.min)).all(axis=1)][0]
+        assert answer.contradicted == tuple(np.flatnonzero(at_min))
+
+
+def test_tolerant_changes_nothing_where_nothing_contradicts():
+    for seed in range(20):
+        problem = random_problem(seed, flip=0.0)
+        plain, lenient = solve(problem), solve(problem, tolerant=True)
+        if plain.status == "optimal":
+            assert replace(plain, seconds=0.0) == replace(lenient, seconds=0.0)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_conflict_always_holds_a_wrong_label(seed):
+    problem = pixel_problem(seed)
+    rng = np.random.default_rng(seed)
+    flipped = set(rng.choice(len(problem.trajectories), 3, replace=False).tolist())
+    noisy = replace(
+        problem,
+        trajectories=tuple(
+            replace(p, valid=p.valid ^ (i in flipped)) for i, p in enumerate(problem.trajectories)
+        ),
+    )
+    answer = solve(noisy)
+    if answer.status == "infeasible":
+        assert set(answer.conflict) & flipped
+        text = " ".join(describe_influence(answer, noisy))
+        assert "contradict each other" in text
+        assert f"#{answer.conflict[0]}" in text
+
+
+def joint_truth(problem):
+    """Least and greatest F_max, L, T_min and radii over everything consistent."""
+    bounds = problem.bounds
+    ranges = [range(bounds.T_min[0], bounds.T_min[1] + 1)]
+    ranges += [range(bounds.T_object[0], bounds.T_object[1] + 1)] * len(problem.parameters)
+    sets = np.array(list(itertools.product(*ranges)), dtype=np.int64)
+    sums, contact = totals(problem, sets[:, 1:] + sets[:, :1])
+    unit = problem.scale * (2 * problem.scale if problem.weights == "arc" else 1)
+    kept, least, most = [], [], []
+    for values, row in zip(sets, sums, strict=True):
+        low, high, good = 1, math.inf, True
+        for path, total, level in zip(problem.trajectories, row, contact, strict=True):
+            touched = level is not None and values[0] >= level
+            if path.valid:
+                good &= not touched
+                low = max(low, total // unit + 1)
+            elif not touched:
+                high = min(high, total // unit)
+        if good and low <= high:
+            kept.append(values)
+            least.append(low)
+            most.append(high)
+    if not kept:
+        return None
+    found = np.array(kept)
+    radii = found[:, 1:] + found[:, :1]
+    roof = None if max(most) == math.inf else int(max(most))
+    return {
+        "F_max": (int(min(least)), roof),
+        "L": (int(found.sum(axis=1).min()), int(found.sum(axis=1).max())),
+        "hull_T_min": (int(found[:, 0].min()), int(found[:, 0].max())),
+        "hull_radius": tuple((int(r.min()), int(r.max())) for r in radii.T),
+    }
+
+
+def test_unknown_F_max_agrees_with_brute_force():
+    kinds = set()
+    for seed in range(60):
+        problem = random_problem(seed)
+        answer = identify_F_max(problem)
+        truth = joint_truth(problem)
+        if truth is None:
+            assert answer.status == "infeasible"
+            continue
+        assert answer.status == "optimal"
+        assert {name: getattr(answer, name) for name in truth} == truth, seed
+        kinds.add(truth["F_max"][1] is None)
+        assert ("unbounded above" in answer.sentence) == (truth["F_max"][1] is None)
+        assert answer.to_json()["unbounded_above"] == (truth["F_max"][1] is None)
+    assert kinds == {True, False}
+
+
+def test_F_max_is_bounded_by_two_demonstrations_on_one_circle():
+    scene = RuleScene((RuleObject("a", "a", (0.0, 0.0)),))
+    near = np.array([[10.0, 0.0]] * 2)  # Σ = 20 inside r ≥ 10
+    long = np.array([[10.0, 0.0]] * 5)  # Σ = 50
+    paths = (RuleTrajectory(0, True, near), RuleTrajectory(0, False, long))
+    problem = RuleProblem((scene,), paths, None, bounds=Bounds((1, 9), (20, 30)))
+    answer = identify_F_max(problem)
+    assert answer.F_max == (21, 50)
+    assert answer.sentence == "F_max lies between 21 and 50."
