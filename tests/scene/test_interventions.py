@@ -224,8 +224,30 @@ def test_a_users_picture_takes_overlays_removals_and_swaps() -> None:
         scene.pixels()[far_from(scene, np.asarray(thing.center), 25)],
     )
     assert swap_object(scene, thing.id, "plate").listed_objects()[-1].symbol == "plate"
-    with pytest.raises(InputError, match="simulated scene"):
-        move_object(scene, thing.id, (50, 50))
+    place = free_places(scene, cut_out(scene, thing.id).radius_px, 1, np.random.default_rng(0))[0]
+    moved = move_object(scene, thing.id, place)
+    new = moved.listed_objects()[-1]
+    assert (new.id, new.symbol) == (thing.id, thing.symbol)
+    assert np.abs(np.asarray(new.center) - place).max() <= 0.5
+    assert len(moved.listed_objects()) == len(scene.listed_objects())
+    assert error(moved) < 0.35 * error(scene)
+
+
+def test_a_picture_of_the_clean_table_fills_the_gap_best() -> None:
+    errors = []
+    for seed in range(6):
+        true = a_scene(seed)
+        scene, thing = as_user_scene(true), true.listed_objects()[0]
+        render = dict(true.extra)["render"]
+        clean = compose_scene("e", [], table=render["table"], light=render["light"]).pixels()
+        exact = remove_object(true, thing.id).pixels().astype(float)
+        with_table = remove_object(scene, thing.id, clean_table=clean).pixels()
+        without = remove_object(scene, thing.id).pixels()
+        errors.append([np.abs(with_table - exact).mean(), np.abs(without - exact).mean()])
+    with_error, without_error = np.mean(errors, axis=0)
+    assert with_error < 0.6 * without_error
+    with pytest.raises(InputError, match="as large as"):
+        remove_object(scene, thing.id, clean_table=clean[:50])
 
 
 def test_where_objects_are_not_listed_an_overlay_does_not_make_a_list() -> None:

@@ -120,7 +120,9 @@ def make_bowl(name: str, k: int) -> Mesh:
     if k % 4 == 1:  # two lugs
         for sign in (-1.0, 1.0):
             a = np.linspace(-0.5, 0.5, 9)
-            x = sign * (r * 1.0 + 0.012 * np.cos(a * np.pi))
+            # The ends lie inside the wall, for ovals too: else the lugs were things of their own.
+            reach = 0.014 + 0.13 * r * stretch[0]
+            x = sign * (0.84 * r * stretch[0] + reach * np.cos(a * np.pi))
             lug = np.column_stack([x, 0.022 * a * 2])
             parts.append(bar(lug, 0.004, outside, z=depth - 0.006, crown=0.004))
     if k % 4 == 2:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from demospec.errors import InputError
 from demospec.frames import FloatArray
 from demospec.scene._types import Image
 
@@ -14,17 +15,28 @@ STEPS = 24
 """Shifts tried each way along each axis."""
 
 
-def filled(pixels: Image, hole: Mask, forbidden: Mask | None = None) -> Image:
-    """The picture with the hole filled from the same picture, moved sideways.
+def filled(
+    pixels: Image,
+    hole: Mask,
+    forbidden: Mask | None = None,
+    *,
+    clean_table: Image | None = None,
+) -> Image:
+    """The picture with the hole filled from a picture of the bare table, or from itself.
 
-    The source is the shift whose rim continues the hole's rim best. It is laid in so that it
-    meets the rim exactly: the difference at the rim is spread over the hole by Laplace's
-    equation. Where no shift fits, only the smooth part is left.
+    Without a clean table the source is the picture moved sideways, by the shift whose rim
+    continues the hole's rim best. The source is laid in so that it meets the rim exactly: the
+    difference at the rim is spread over the hole by Laplace's equation. Where no shift fits,
+    only the smooth part is left.
 
     Args:
         pixels: (h, w, 3).
         hole: (h, w) True where the picture is to be filled.
         forbidden: (h, w) True where nothing may be copied from (other objects).
+        clean_table: (h, w, 3) the table without objects, taken from the same place.
+
+    Raises:
+        InputError: The clean table is not as large as the picture.
 
     Source:
         Pérez, Gangnet, Blake, "Poisson image editing", 2003.
@@ -32,7 +44,14 @@ def filled(pixels: Image, hole: Mask, forbidden: Mask | None = None) -> Image:
     if not hole.any():
         return pixels
     image = pixels.astype(np.float64)
-    source = _best_source(image, hole, hole if forbidden is None else hole | forbidden)
+    if clean_table is None:
+        source = _best_source(image, hole, hole if forbidden is None else hole | forbidden)
+    elif clean_table.shape != pixels.shape:
+        expected = f"a picture as large as the scene's {pixels.shape[1]}x{pixels.shape[0]}"
+        found = f"shape {clean_table.shape}"
+        raise InputError(expected, found, field="clean_table")
+    else:
+        source = clean_table.astype(np.float64)
     out = image.copy()
     out[hole] = source[hole] + _harmonic(image - source, hole)
     return (np.clip(out, 0, 255) + 0.5).astype(np.uint8)

@@ -24,7 +24,7 @@ from demospec.scene._compose import (
     pixels_per_metre,
     to_image,
 )
-from demospec.scene._cut_outs import CutOut
+from demospec.scene._cut_outs import CutOut, cut_out
 from demospec.scene._estimate_light import light_of
 from demospec.scene._free_places import free_places
 from demospec.scene._inpaint import filled
@@ -129,12 +129,13 @@ def _object(scene: Scene, object_id: str) -> SceneObject:
     )
 
 
-def remove_object(scene: Scene, object_id: str) -> Scene:
+def remove_object(scene: Scene, object_id: str, *, clean_table: Image | None = None) -> Scene:
     """The scene without one object, in picture and list.
 
     A simulated scene is drawn without it; pixels that the object and its shadow did not touch
     stay as they are. In a user's picture the object's outline and a rim for its shadow are
-    filled from the table around.
+    filled from `clean_table`, a picture of the bare table from the same camera, and without one
+    from the table around.
     """
     thing = _object(scene, object_id)
     rest = tuple(o for o in scene.listed_objects() if o.id != object_id)
@@ -142,8 +143,10 @@ def remove_object(scene: Scene, object_id: str) -> Scene:
     if picture is not None:
         pixels = _redrawn_without(scene, object_id, rest)
         if pixels is None:
-            hole, others = _shade_masks(scene, thing)
-            pixels = filled(picture.pixels, hole, others)
+            # The true table may be shown further out, where a long shadow may reach.
+            rim = 0.035 if clean_table is None else 0.08
+            hole, others = _shade_masks(scene, thing, rim)
+            pixels = filled(picture.pixels, hole, others, clean_table=clean_table)
         picture = Picture(array=pixels)
     return _with_item(replace(scene, objects=rest, picture=picture), object_id, None)
 
@@ -164,7 +167,7 @@ def _redrawn_without(scene: Scene, object_id: str, rest: tuple[SceneObject, ...]
 
 
 def _shade_masks(
-    scene: Scene, thing: SceneObject, rim: float = 0.035
+    scene: Scene, thing: SceneObject, rim: float
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """(h, w) where the object and its shadow are, and where other objects and theirs are.
 
@@ -184,14 +187,24 @@ def _shade_masks(
     return np.asarray(hole), others
 
 
-def move_object(scene: Scene, object_id: str, center: ArrayLike) -> Scene:
-    """The scene with one object standing elsewhere (pixels), same item, same angle.
+def move_object(
+    scene: Scene, object_id: str, center: ArrayLike, *, clean_table: Image | None = None
+) -> Scene:
+    """The scene with one object standing elsewhere (pixels), at the same angle.
+
+    In a user's picture the object is cut out along its footprint and laid down again, to the
+    nearest whole step of pixels.
 
     Raises:
-        InputError: No such object, or the scene does not know which item it is (a user's
-            picture: remove it and lay another over).
+        InputError: No such object, or a user's picture without the object's footprint.
     """
-    item, angle = _known_item(scene, object_id)
+    _object(scene, object_id)
+    known = _known_item(scene, object_id)
+    if known is None:
+        cut = cut_out(scene, object_id)
+        bare = remove_object(scene, object_id, clean_table=clean_table)
+        return overlay(bare, cut, center, id=object_id)
+    item, angle = known
     return overlay(remove_object(scene, object_id), item, center, angle, id=object_id)
 
 
@@ -203,6 +216,7 @@ def swap_object(
     catalogue: str | Catalogue = "builtin",
     rng: np.random.Generator | None = None,
     metres_per_px: float | None = None,
+    clean_table: Image | None = None,
 ) -> Scene:
     """Another item (or a random one of a symbol) where an object stood: a glass for the bowl.
 
@@ -210,20 +224,21 @@ def swap_object(
     """
     thing = _object(scene, object_id)
     chosen = _chosen(item, catalogue, rng)
-    bare = remove_object(scene, object_id)
+    bare = remove_object(scene, object_id, clean_table=clean_table)
     return overlay(bare, chosen, thing.center, 0.0, metres_per_px=metres_per_px)
 
 
-def _known_item(scene: Scene, object_id: str) -> tuple[CatalogueItem, float]:
-    _object(scene, object_id)
+def _known_item(scene: Scene, object_id: str) -> tuple[CatalogueItem, float] | None:
+    """The item that an object is and its angle; None in a user's picture."""
     render = render_of(scene)
     if render is None or object_id not in render["items"]:
-        raise InputError(
-            "an object of a simulated scene (a user's picture does not say what stands there)",
-            object_id, row=f"scene {scene.scene_id}", field="id",
-        )  # fmt: skip
+        return None
     entry = render["items"][object_id]
-    return load_catalogue(entry["catalogue"]).item(entry["item"]), float(entry["angle"])
+    try:
+        catalogue = load_catalogue(entry["catalogue"])
+    except MissingPackageError:
+        return None
+    return catalogue.item(entry["item"]), float(entry["angle"])
 
 
 def placebo_patch(

@@ -50,6 +50,36 @@ class Mesh:
         normals[..., :2] = normals[..., :2] @ turn.T
         return Mesh(vertices, self.faces, normals, self.colour, self.opacity, self.gloss)
 
+    def seen_from_above(self) -> Mesh:
+        """Without the faces that stand on edge (within 0.2°): from above they cannot be seen."""
+        a, b, c = (self.vertices[self.faces[:, k]] for k in range(3))
+        across = np.cross(b - a, c - a)
+        kept = np.abs(across[:, 2]) > 0.004 * np.linalg.norm(across, axis=1)
+        return self._with_faces(kept)
+
+    def trimmed(self, within: float) -> Mesh:
+        """Without faces that reach further from the middle than `within` times the length.
+
+        The middle is that of the projected area, so that a thin strand hardly moves it.
+        """
+        tri = self.vertices[self.faces][..., :2]
+        side, other = tri[:, 1] - tri[:, 0], tri[:, 2] - tri[:, 0]
+        area = np.abs(side[:, 0] * other[:, 1] - side[:, 1] * other[:, 0])
+        middle = (tri.mean(axis=1) * area[:, None]).sum(axis=0) / area.sum()
+        length = float(np.ptp(self.vertices[:, :2], axis=0).max())
+        return self._with_faces(np.linalg.norm(tri - middle, axis=2).max(axis=1) <= within * length)
+
+    def _with_faces(self, kept: NDArray[np.bool_]) -> Mesh:
+        used, inverse = np.unique(self.faces[kept], return_inverse=True)
+        return Mesh(
+            self.vertices[used],
+            inverse.reshape(-1, 3),
+            self.normals[kept],
+            self.colour[kept],
+            self.opacity[kept],
+            self.gloss[kept],
+        )
+
     def centred(self) -> Mesh:
         """Moved so that its box is centred on the origin and it stands on the table."""
         low, high = self.vertices.min(axis=0), self.vertices.max(axis=0)

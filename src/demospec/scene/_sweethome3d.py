@@ -13,7 +13,7 @@ from __future__ import annotations
 import re
 import zipfile
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from pathlib import Path
 
@@ -63,6 +63,7 @@ class Model:
         length_m: Its longest side on the table, metres.
         groups: Words of the OBJ groups that belong to it; all where empty.
         pose: How it lies.
+        within: Faces further than this share of the length from the middle are left out.
         glazed: Whether looks differ by a glaze all over (else by a slight tint).
     """
 
@@ -73,6 +74,7 @@ class Model:
     length_m: float
     groups: tuple[str, ...] = ()
     pose: str = "stands"
+    within: float | None = None
     glazed: bool = False
 
     @property
@@ -122,7 +124,7 @@ MODELS = (
     Model("hammer", "both", _SC, "scopia/marteau/marteau.obj", 0.28),
     Model("screwdriver", "both", _SC, "scopia/tournevis/tournevis.obj", 0.22),
     Model("tape", "train", _SC, "scopia/rouleau-de-ruban-adhesif/rouleau-de-ruban-adhesif.obj",
-          0.12, pose="back"),
+          0.10, pose="back", within=0.45),
     Model("tape", "test", _KL, "katorlegaz/tape-measure/tape-measure.obj", 0.14),
 )  # fmt: skip
 
@@ -204,19 +206,25 @@ def _base(library: Path, model: Model) -> Mesh:
     """The model in the item frame, lying as it should, at its length."""
     with zipfile.ZipFile(library) as archive:
         mesh = read_obj(archive.read, model.path, groups=model.groups)
-    glassy = mesh.opacity < 0.99
-    # Drawn flat, the libraries' glass would be all but invisible on a light table.
-    opacity = np.where(glassy, np.maximum(mesh.opacity, 0.2), mesh.opacity)
-    colour = np.where(glassy[:, None], 0.4 * mesh.colour + 0.6 * CLEAR, mesh.colour)
-    gloss = np.where(glassy, 0.8, mesh.gloss)
     turn = _entry(library, model.path).get("modelRotation")
     frame = np.eye(3) if turn is None else np.array(turn.split(), dtype=np.float64).reshape(3, 3)
     pose = {"stands": AS_IT_STANDS, "side": ON_ITS_SIDE, "back": ON_ITS_BACK}[model.pose]
     to_item = pose @ Y_UP @ frame
-    v = mesh.vertices @ to_item.T
-    v = v * (model.length_m / float((v[:, :2].max(axis=0) - v[:, :2].min(axis=0)).max()))
-    normals = mesh.normals @ to_item.T
-    return Mesh(v, mesh.faces, normals, colour, opacity, gloss).centred()
+    mesh = replace(
+        mesh, vertices=mesh.vertices @ to_item.T, normals=mesh.normals @ to_item.T
+    ).seen_from_above()
+    if model.within is not None:
+        mesh = mesh.trimmed(model.within)
+    span = np.ptp(mesh.vertices[:, :2], axis=0).max()
+    glassy = mesh.opacity < 0.99
+    return replace(
+        mesh,
+        vertices=mesh.vertices * (model.length_m / float(span)),
+        # Drawn flat, the libraries' glass would be all but invisible on a light table.
+        opacity=np.where(glassy, np.maximum(mesh.opacity, 0.26), mesh.opacity),
+        colour=np.where(glassy[:, None], 0.4 * mesh.colour + 0.6 * CLEAR, mesh.colour),
+        gloss=np.where(glassy, 0.8, mesh.gloss),
+    ).centred()
 
 
 def _make(library: Path, model: Model, part: str, look: int) -> Mesh:
