@@ -1,10 +1,62 @@
-"""`demospec sample`."""
+"""`demospec sample`: varied valid solutions."""
 
 from __future__ import annotations
 
-from demospec.errors import DemospecError
+from typing import Annotated
+
+import typer
+
+from demospec.cli._common import (
+    Json,
+    ModelPath,
+    Out,
+    Seed,
+    SetFolder,
+    print_json,
+    print_table,
+    save_json,
+    say,
+)
 
 
-def sample() -> None:
-    """Not yet."""
-    raise DemospecError("sample: not yet")
+def sample(
+    model: ModelPath,
+    set_folder: SetFolder,
+    scene: Annotated[str, typer.Option("--scene", help="Scene id.")],
+    type: Annotated[str, typer.Option("--type", help="User type.")],
+    n: Annotated[int, typer.Option("--n", min=1, max=100_000, help="How many.")] = 10,
+    method: Annotated[str, typer.Option("--method", help="map (acceptance) or langevin.")] = "map",
+    confidence: Annotated[
+        float, typer.Option("--confidence", min=0.0, max=0.999, help="p(valid) to exceed.")
+    ] = 0.5,
+    seed: Seed = 0,
+    json: Json = False,
+    out: Out = None,
+) -> None:
+    """Draw varied trajectories that a user type accepts: left and right of an object."""
+    from demospec.demonstrations import read_set
+    from demospec.specification import load_model, sample_valid
+
+    data = read_set(set_folder)
+    fitted = load_model(model)
+    answer = sample_valid(
+        fitted.see(data.scene(scene)), type, n, seed=seed, confidence=confidence, method=method
+    )
+    document = answer.to_json()
+    save_json(document, out)
+    if len(answer.control) < n:
+        say(f"{type} accepts next to nothing in scene {scene}: {len(answer.control)} of {n} found")
+    if json:
+        print_json(document)
+    elif out is None:
+        rows = [
+            [i, float(c[0, 0]), float(c[0, 1]), int(m), float(p)]
+            for i, (c, m, p) in enumerate(
+                zip(answer.control, answer.mode, answer.p_valid, strict=True)
+            )
+        ]
+        note = (
+            f"{answer.modes} region(s) of valid control points, {answer.valid_share:.0%} of the "
+            f"plane; two curves differ by {answer.diversity:.1f} px on average (largest gap)."
+        )
+        print_table("", ("", "control x, px", "control y, px", "region", "p(valid)"), rows, note)

@@ -4,28 +4,51 @@ Nothing here loads torch until a network is fitted or sees a scene.
 """
 
 from demospec.specification._audit import Audit, AuditEntry, audit_set
+from demospec.specification._control_plane import ControlPlane, plane_bounds
 from demospec.specification._evaluate import Evaluation, Score, evaluate
+from demospec.specification._explain import Explanation, explain
+from demospec.specification._identify import Identification, Identified, identify
+from demospec.specification._irl import IrlModel, IrlSettings
 from demospec.specification._models import FittedModel, fit_model, load_model
 from demospec.specification._paper import PaperModel, PaperSettings
 from demospec.specification._predict import Prediction, Predictions, predict
 from demospec.specification._repair import Repairs, RepairSettings, repair
+from demospec.specification._repair_set import Repaired, RepairedSet, repair_set
+from demospec.specification._sample import Samples, sample_valid
+from demospec.specification._validity_map import ValidityMap, validity_map
 
 __all__ = [
     "Audit",
     "AuditEntry",
+    "ControlPlane",
     "Evaluation",
+    "Explanation",
     "FittedModel",
+    "Identification",
+    "Identified",
+    "IrlModel",
+    "IrlSettings",
     "PaperModel",
     "PaperSettings",
     "Prediction",
     "Predictions",
     "RepairSettings",
+    "Repaired",
+    "RepairedSet",
     "Repairs",
+    "Samples",
     "Score",
+    "ValidityMap",
     "audit_set",
     "evaluate",
+    "explain",
     "fit_model",
+    "identify",
     "load_model",
+    "plane_bounds",
     "predict",
     "repair",
+    "repair_set",
+    "sample_valid",
+    "validity_map",
 ]

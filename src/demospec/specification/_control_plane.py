@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import Protocol, runtime_checkable
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from demospec.demonstrations import DifferentiableView, View, bezier_basis, bezier_points
 from demospec.errors import InputError
@@ -71,7 +71,7 @@ class ControlPlane:
         self.start, self.goal = self.start[..., :2], self.goal[..., :2]
         self._direct = view if isinstance(view, ControlView) and view.order == order else None
 
-    def rows(self, chosen: ArrayLike) -> ControlPlane:
+    def rows(self, chosen: NDArray[np.int64]) -> ControlPlane:
         """The plane of some of the curves, where each has its own start and goal."""
         if self.start.ndim == 1 and self.goal.ndim == 1:
             return self
@@ -123,9 +123,7 @@ class ControlPlane:
             return logits, np.asarray(inner.T @ slopes)
         return self._finite_differences(controls, type)
 
-    def _finite_differences(
-        self, controls: FloatArray, type: str
-    ) -> tuple[FloatArray, FloatArray]:
+    def _finite_differences(self, controls: FloatArray, type: str) -> tuple[FloatArray, FloatArray]:
         n, k, _ = controls.shape
         step = FINITE_DIFFERENCE_PX * np.eye(2 * k).reshape(2 * k, 1, k, 2)
         every = np.concatenate([controls[None], controls + step, controls - step])

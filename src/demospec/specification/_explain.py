@@ -114,7 +114,13 @@ def explain(
         flips=flips,
         counterfactual=changed,
         sentence=_sentence(
-            type, logit > 0, share, word, gap, None if further is None else extra, units,
+            type,
+            logit > 0,
+            share,
+            word,
+            gap,
+            None if further is None else extra,
+            units,
             metres_per_unit,
         ),
     )
@@ -125,7 +131,7 @@ def _slope(view: View, points: FloatArray, type: str) -> FloatArray:
     if not isinstance(view, DifferentiableView):
         return np.zeros_like(points)
     try:
-        return view.logits_and_gradients(points[None], type)[1][0]
+        return np.asarray(view.logits_and_gradients(points[None], type)[1][0])
     except InputError:
         return np.zeros_like(points)
 

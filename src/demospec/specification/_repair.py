@@ -248,7 +248,9 @@ class _Search:
         """The kept points, and the way of their particles to them, first point z_θ."""
         step, particle = self._best()
         every = np.stack(self.history)
-        control = np.stack([every[s, i, k] for i, (s, k) in enumerate(zip(step, particle, strict=True))])
+        control = np.stack(
+            [every[s, i, k] for i, (s, k) in enumerate(zip(step, particle, strict=True))]
+        )
         trace = []
         for i, (s, k) in enumerate(zip(step, particle, strict=True)):
             way = every[: s + 1, i, k]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,7 +66,7 @@ def sample_valid(
     *,
     seed: int = 0,
     confidence: float = 0.5,
-    method: Literal["map", "langevin"] = "map",
+    method: str = "map",
     size: int = 51,
 ) -> Samples:
     """Order-2 curves that the model accepts, from every valid region of the z_θ plane.
@@ -125,7 +125,7 @@ def regions(accepted: NDArray[np.bool_]) -> tuple[NDArray[np.int64], int]:
     rank = np.empty(count + 1, dtype=np.int64)
     rank[0] = -1
     rank[1 + order] = np.arange(count)
-    return rank[raw], int(count)
+    return np.asarray(rank[raw]), int(count)
 
 
 def diversity(points: FloatArray) -> float:

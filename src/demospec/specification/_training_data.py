@@ -170,11 +170,11 @@ def _stacked_controls(paths: FloatArray, order: int) -> FloatArray:
 def _flat_maps(order: int, m: int) -> tuple[FloatArray, FloatArray]:
     """Bz (2m, 2·(order − 1)) and Bz⁻¹ (2·(order + 1), 2m) on paths laid out x, y, x, y, …"""
     ends, inner, inverse = bezier_inverse(order, m)
-    fit = inverse.copy()
+    fit: FloatArray = np.array(inverse, dtype=np.float64)
     fit[:, [0, -1]] -= inverse @ ends
     both = np.eye(2)
     draw = np.concatenate([ends[:, :1], inner, ends[:, 1:]], axis=1)
-    return np.kron(fit, both).T.copy(), np.kron(draw, both).T.copy()
+    return np.asarray(np.kron(fit, both).T.copy()), np.asarray(np.kron(draw, both).T.copy())
 
 
 @lru_cache(maxsize=256)
