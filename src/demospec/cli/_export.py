@@ -1,10 +1,56 @@
-"""`demospec export`."""
+"""`demospec export`: one scene's rule and plan as files that other planners read."""
 
 from __future__ import annotations
 
-from demospec.errors import DemospecError
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from demospec.cli._common import Force, Json, SetFolder, print_json, say
+from demospec.cli._plan import Envelope, Planner, Resolution, RulesPath, SceneId, Type
 
 
-def export() -> None:
-    """Not yet."""
-    raise DemospecError("export: not yet")
+def export(
+    rules: RulesPath,
+    set_folder: SetFolder,
+    scene: SceneId,
+    to: Annotated[
+        str,
+        typer.Option(
+            "--to", help="nav2, moveit, numpy, ompl, rosbag2, stl (folders); mcap, json, csv."
+        ),
+    ],
+    out: Annotated[Path, typer.Option("--out", help="Folder or file to make.")],
+    type: Type = None,
+    envelope: Envelope = "upper",
+    planner: Planner = "grid",
+    resolution: Resolution = 1.0,
+    speed: Annotated[float, typer.Option(help="m/s, for time stamps.")] = 0.1,
+    force: Force = False,
+    json: Json = False,
+) -> None:
+    """Write one scene's rule and plan for another planner; no ROS needed."""
+    from demospec.demonstrations import read_set
+    from demospec.planning import export_request, export_to, read_plannable
+
+    data = read_set(set_folder)
+    known = replace(read_plannable(rules), metres_per_unit=data.metres_per_unit)
+    request = export_request(
+        known,
+        data.scene(scene),
+        type,
+        envelope,  # type: ignore[arg-type]  # checked by plan_path, which lists the names
+        resolution=resolution,
+        planner=planner,
+        speed_m_s=speed,
+    )
+    export_to(request, to, out, replace=force)
+    written = [p for p in sorted(out.rglob("*")) if p.is_file()] if out.is_dir() else [out]
+    say(f"wrote {out}")
+    if json:
+        print_json({"format": to, "files": [str(p) for p in written]})
+    else:
+        for path in written:
+            typer.echo(str(path))

@@ -11,10 +11,12 @@ if TYPE_CHECKING:
     from demospec.planning._cost_map import CostMap
     from demospec.planning._plan import PLANNERS, check_plan, cost_map, plan_path
     from demospec.planning._read import read_plannable
+    from demospec.planning.exports import ExportRequest, export_request, export_to
 
 __all__ = [
     "CostMap",
     "Envelope",
+    "ExportRequest",
     "PLANNERS",
     "Plan",
     "PlanCheck",
@@ -22,6 +24,8 @@ __all__ = [
     "Zone",
     "check_plan",
     "cost_map",
+    "export_request",
+    "export_to",
     "plan_path",
     "read_plannable",
 ]
@@ -31,6 +35,9 @@ _HOME = {
     "PLANNERS": "_plan",
     "check_plan": "_plan",
     "cost_map": "_plan",
+    "ExportRequest": "exports",
+    "export_request": "exports",
+    "export_to": "exports",
     "plan_path": "_plan",
     "read_plannable": "_read",
 }

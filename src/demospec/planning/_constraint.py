@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -119,8 +119,12 @@ def capped_at_ends(
                 most[zone.symbol] = min(gap, most.get(zone.symbol, np.inf))
     if not most or constraint.soft is not None:
         return constraint
-    zones = tuple(
+    return replace(constraint, zones=capped_zones(constraint.zones, most), capped=most)
+
+
+def capped_zones(zones: tuple[Zone, ...], most: Mapping[str, float]) -> tuple[Zone, ...]:
+    """Zones whose symbol has a cap, with no larger radius than that."""
+    return tuple(
         replace(z, radius=min(z.radius, most[z.symbol]), reach=-1.0) if z.symbol in most else z
-        for z in constraint.zones
+        for z in zones
     )
-    return replace(constraint, zones=zones, capped=most)

@@ -1,0 +1,178 @@
+"""NumPy and OMPL callables: one Python file that needs neither demospec nor a network.
+
+The file holds the zones as numbers and computes exact distances from them, in set units and in
+metres, so that a planner on another machine can import it.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from demospec.planning._results import Zone
+from demospec.planning.exports._request import ExportRequest
+from demospec.scene import Capsule, Disc, Polygon
+
+
+def write_numpy(request: ExportRequest, folder: Path) -> None:
+    """``rule.py`` (cost, clearance, margin) and ``cost_map.npz`` (arrays, their frame)."""
+    (folder / "rule.py").write_text(_header(request) + _NUMPY, encoding="utf-8")
+    where = request.cost_map
+    np.savez_compressed(
+        folder / "cost_map.npz",
+        cost=where.array,
+        signed_distance=where.signed_distance,
+        forbidden=where.forbidden,
+        bounds=np.array(where.bounds),
+        cell=np.array(where.cell),
+        metres_per_unit=np.array(where.metres_per_unit or np.nan),
+    )
+
+
+def write_ompl(request: ExportRequest, folder: Path) -> None:
+    """``rule.py`` with OMPL's validity checker and objective beside the NumPy functions."""
+    text = _header(request) + _NUMPY + _OMPL
+    (folder / "rule.py").write_text(text, encoding="utf-8")
+
+
+def _header(request: ExportRequest) -> str:
+    where = request.cost_map
+    values = {
+        "ZONES": [_zone(z) for z in where.zones],
+        "BOUNDS": list(where.bounds),
+        "WEIGHT": where.weight,
+        "METRES_PER_UNIT": where.metres_per_unit,
+        "START": list(request.scene.start[:2]),
+        "GOAL": list(request.scene.goal[:2]),
+    }
+    lines = [f"{name} = {value!r}\n" for name, value in values.items()]
+    scene, of = json.dumps(request.scene.scene_id), json.dumps(request.plan.type)
+    return _DOC + "\nimport numpy as np\n\n" + f"SCENE, TYPE = {scene}, {of}\n" + "".join(lines)
+
+
+def _zone(zone: Zone) -> dict[str, Any]:
+    shape = zone.shape
+    document: dict[str, Any] = {"id": str(zone.object_id), "symbol": str(zone.symbol)}
+    document |= {"radius": float(zone.radius), "reach": float(zone.reach)}
+    if isinstance(shape, Disc):
+        ends = [list(map(float, shape.center))] * 2
+        return document | {"segment": ends, "thickness": float(shape.radius)}
+    if isinstance(shape, Capsule):
+        ends = [list(map(float, shape.start)), list(map(float, shape.end))]
+        return document | {"segment": ends, "thickness": float(shape.radius)}
+    if isinstance(shape, Polygon):
+        return document | {"polygon": shape.vertices.tolist()}
+    x0, y0, x1, y1 = shape.bounds
+    return document | {"polygon": [[x0, y0], [x1, y0], [x1, y1], [x0, y1]]}
+
+
+_DOC = '''"""A rule as functions of places. Written by demospec; needs NumPy only.
+
+Places are (x, y) in set units (picture pixels: x right, y down). `cost(p)` is the price of a
+unit of length, >= 1; `clearance(p)` the signed distance to the nearest object that matters;
+`margin(p)` the least (distance - clearance to keep): < 0 is forbidden.
+"""
+'''
+
+_NUMPY = """
+
+def _distance(zone, p):
+    if "segment" in zone:
+        a, b = np.array(zone["segment"])
+        along = b - a
+        length2 = float(along @ along)
+        t = np.clip((p - a) @ along / length2, 0, 1) if length2 > 0 else np.zeros(p.shape[:-1])
+        return np.linalg.norm(p - (a + t[..., None] * along), axis=-1) - zone["thickness"]
+    a = np.array(zone["polygon"])
+    b = np.roll(a, -1, axis=0)
+    along = b - a
+    offset = p[..., None, :] - a
+    length2 = (along**2).sum(axis=-1)
+    t = np.clip((offset * along).sum(axis=-1) / np.where(length2 > 0, length2, 1), 0, 1)
+    gap = np.linalg.norm(offset - t[..., None] * along, axis=-1).min(axis=-1)
+    straddles = (a[:, 1] > p[..., None, 1]) != (b[:, 1] > p[..., None, 1])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        x = a[:, 0] + offset[..., 1] * (along[:, 0] / along[:, 1])
+    inside = (straddles & (p[..., None, 0] < x)).sum(axis=-1) % 2 == 1
+    return np.where(inside, -gap, gap)
+
+
+def clearance(p):
+    p = np.asarray(p, dtype=float)
+    return np.min([np.full(p.shape[:-1], np.inf)] + [_distance(z, p) for z in ZONES], axis=0)
+
+
+def margin(p):
+    p = np.asarray(p, dtype=float)
+    gaps = [_distance(z, p) - z["radius"] for z in ZONES]
+    return np.min([np.full(p.shape[:-1], np.inf)] + gaps, axis=0)
+
+
+def cost(p):
+    p = np.asarray(p, dtype=float)
+    depths = [np.maximum(0, z["reach"] - _distance(z, p)) for z in ZONES]
+    return 1 + WEIGHT * np.sum([np.zeros(p.shape[:-1])] + depths, axis=0)
+
+
+def path_cost(points, spacing=0.25):
+    points = np.asarray(points, dtype=float)
+    total = 0.0
+    for a, b in zip(points[:-1], points[1:]):
+        length = float(np.hypot(*(b - a)))
+        n = max(2, int(np.ceil(length / spacing)) + 1)
+        price = cost(a + np.linspace(0, 1, n)[:, None] * (b - a))
+        total += length * float((price[1:] + price[:-1]).mean() / 2)
+    return total
+"""
+
+_OMPL = '''
+
+def space_information():
+    """OMPL's plane with the rule as validity, motions checked every quarter unit."""
+    from ompl import base as ob
+
+    space = ob.RealVectorStateSpace(2)
+    bounds = ob.RealVectorBounds(2)
+    for axis in (0, 1):
+        bounds.setLow(axis, BOUNDS[axis])
+        bounds.setHigh(axis, BOUNDS[axis + 2])
+    space.setBounds(bounds)
+    info = ob.SpaceInformation(space)
+
+    class Outside(ob.StateValidityChecker):
+        def isValid(self, state):
+            return bool(margin([state[0], state[1]]) >= 0)
+
+    checker = Outside(info)
+    _KEPT.append(checker)
+    info.setStateValidityChecker(checker)
+    info.setStateValidityCheckingResolution(0.25 / space.getMaximumExtent())
+    info.setup()
+    return info
+
+
+def objective(info):
+    """OMPL's OptimizationObjective: the integral of `cost` along a motion."""
+    from ompl import base as ob
+
+    class Integral(ob.OptimizationObjective):
+        def stateCost(self, state):
+            return ob.Cost(float(cost([state[0], state[1]])))
+
+        def motionCost(self, first, last):
+            ends = [[first[0], first[1]], [last[0], last[1]]]
+            return ob.Cost(path_cost(ends, 1.0))
+
+        def motionCostHeuristic(self, first, last):
+            return ob.Cost(float(np.hypot(first[0] - last[0], first[1] - last[1])))
+
+    made = Integral(info)
+    _KEPT.append(made)
+    return made
+
+
+_KEPT = []  # OMPL holds no reference of its own to what Python hands it
+'''

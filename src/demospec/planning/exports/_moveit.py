@@ -1,0 +1,129 @@
+"""MoveIt: a planning scene with one collision object per object, grown by its own clearance.
+
+MoveIt pads robot links, not objects. So each object's clearance is built into its shape: the
+convex hull of the footprint, grown by the clearance (from outside, by less than 1 %), as an
+upright prism; cylinders where the footprint is a disc. ``padding.json`` says what was added.
+
+Source: `moveit_msgs/PlanningScene`, `moveit_msgs/CollisionObject`, `shape_msgs`.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from demospec.frames import FloatArray
+from demospec.planning._results import Zone
+from demospec.planning.exports._request import ExportRequest
+from demospec.scene import Capsule, Disc, Footprint, Polygon
+
+_HEIGHT_M = 0.30
+"""Prisms reach this high: the clearance is a rule of the plane, at every height."""
+
+_CORNERS = 24
+_FRAME = "table"
+_CYLINDER = 3
+_ADD = 0
+
+
+def write_moveit(request: ExportRequest, folder: Path) -> None:
+    """Writes ``planning_scene.json``, the same as ``.yaml``, and ``padding.json``."""
+    scene = planning_scene(request)
+    text = json.dumps(scene, indent=1, allow_nan=False) + "\n"
+    (folder / "planning_scene.json").write_text(text, encoding="utf-8")
+    (folder / "planning_scene.yaml").write_text(_yaml(scene), encoding="utf-8")
+    padding = {
+        z.object_id: {"symbol": z.symbol, "padding_m": z.radius * request.scale_m}
+        for z in request.cost_map.zones
+    }
+    (folder / "padding.json").write_text(json.dumps(padding, indent=1) + "\n", encoding="utf-8")
+
+
+def planning_scene(request: ExportRequest) -> dict[str, Any]:
+    """The message as plain values."""
+    objects = [_collision_object(zone, request) for zone in request.cost_map.zones]
+    return {
+        "name": f"demospec_{request.scene.scene_id}",
+        "is_diff": True,
+        "robot_state": {"is_diff": True},
+        "world": {"collision_objects": objects},
+    }
+
+
+def _collision_object(zone: Zone, request: ExportRequest) -> dict[str, Any]:
+    document: dict[str, Any] = {
+        "header": {"frame_id": _FRAME},
+        "id": zone.object_id,
+        "type": {"key": zone.symbol, "db": ""},
+        "operation": _ADD,
+    }
+    if isinstance(zone.shape, Disc):
+        x, y = request.frame.to_metres(zone.shape.center)
+        radius = (zone.shape.radius + zone.radius) * request.scale_m
+        document["primitives"] = [{"type": _CYLINDER, "dimensions": [_HEIGHT_M, float(radius)]}]
+        document["primitive_poses"] = [_pose(float(x), float(y), _HEIGHT_M / 2)]
+        return document
+    # The picture's y runs down: in metres the corners turn the other way, and back again here,
+    # so that the faces look outwards.
+    rim = request.frame.to_metres(grown_hull(zone.shape, zone.radius))[::-1]
+    document["meshes"] = [_prism(rim)]
+    document["mesh_poses"] = [_pose(0.0, 0.0, 0.0)]
+    return document
+
+
+def grown_hull(shape: Footprint, by: float) -> FloatArray:
+    """Corners (n, 2), in turn, of a convex polygon that holds the footprint grown by `by`."""
+    from scipy.spatial import ConvexHull
+
+    if isinstance(shape, Polygon):
+        core = shape.vertices
+    elif isinstance(shape, Capsule):
+        core, by = np.array([shape.start, shape.end]), by + shape.radius
+    else:
+        x0, y0, x1, y1 = shape.bounds
+        core = np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
+    angle = np.arange(_CORNERS) * 2 * np.pi / _CORNERS
+    # A polygon around the disc: its edges touch the disc, so nothing of it is cut off.
+    ring = np.stack([np.cos(angle), np.sin(angle)], axis=1) * by / np.cos(np.pi / _CORNERS)
+    every = (core[:, None] + ring).reshape(-1, 2)
+    return np.asarray(every[ConvexHull(every).vertices])
+
+
+def _prism(rim: FloatArray) -> dict[str, Any]:
+    n = len(rim)
+    floor = np.column_stack([rim, np.zeros(n)])
+    top = np.column_stack([rim, np.full(n, _HEIGHT_M)])
+    corners = np.concatenate([floor, top])
+    triangles = []
+    for i in range(n):
+        j = (i + 1) % n
+        triangles += [[i, j, n + i], [j, n + j, n + i]]
+    for i in range(1, n - 1):
+        triangles += [[0, i + 1, i], [n, n + i, n + i + 1]]
+    names = ("x", "y", "z")
+    return {
+        "triangles": [{"vertex_indices": t} for t in triangles],
+        "vertices": [dict(zip(names, map(float, c), strict=True)) for c in corners],
+    }
+
+
+def _pose(x: float, y: float, z: float) -> dict[str, Any]:
+    return {
+        "position": {"x": x, "y": y, "z": z},
+        "orientation": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0},
+    }
+
+
+def _yaml(value: Any, indent: int = 0) -> str:
+    """Block YAML of plain values; leaves are JSON, which YAML 1.2 contains."""
+    pad = "  " * indent
+    lines = []
+    for key, item in value.items():
+        if isinstance(item, dict) and item:
+            lines.append(f"{pad}{key}:\n{_yaml(item, indent + 1)}")
+        else:
+            lines.append(f"{pad}{key}: {json.dumps(item)}\n")
+    return "".join(lines)

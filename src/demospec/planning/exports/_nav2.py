@@ -1,0 +1,109 @@
+"""nav2: a graded map, a keep-out mask and a speed mask, as `map_server` reads them.
+
+Source of the semantics: nav2_map_server `map_io.cpp` (modes, row order), nav2_costmap_2d
+`filter_values.hpp` (filter types, 0 = no speed limit).
+
+- ``map.pgm`` (mode scale): 0 free, 1…99 in the clearance, the deeper the higher, 100 in the
+  object itself.
+- ``keepout.pgm`` (mode scale): 100 in every cell that a zone touches, else 0. A cell is blocked
+  as soon as any part of it is: a path between free cells keeps the rule.
+- ``speed.pgm`` (mode raw): percent of the full speed within one clearance of a zone, from 30 at
+  its rim to 100; 0, which nav2 reads as "no limit", elsewhere.
+
+The first image row is the top of the picture; `origin` is the lower-left corner of the last.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from demospec.planning.exports._request import ExportRequest
+
+_SLOWEST_PERCENT = 30
+
+
+def write_nav2(request: ExportRequest, folder: Path) -> None:
+    """Writes the three maps and ``filters.yaml`` (parameters of the two filter servers)."""
+    graded = occupancy(request)
+    keepout = np.where(touched(request), 100, 0)
+    # Scale mode: brightness 1 − v/100; thresholds 0 and 1 make the reader linear.
+    _write(request, folder, "map", np.rint(255 * (1 - graded / 100)), "scale")
+    _write(request, folder, "keepout", np.rint(255 * (1 - keepout / 100)), "scale")
+    _write(request, folder, "speed", speed_percent(request), "raw")
+    (folder / "filters.yaml").write_text(_FILTERS, encoding="utf-8")
+
+
+def occupancy(request: ExportRequest) -> NDArray[np.int8]:
+    """(rows, columns) 0…100; row 0 is the top of the picture."""
+    where = request.cost_map
+    centers = where.centers()
+    share = np.zeros(where.shape)
+    for zone in where.zones:
+        gap = zone.shape.signed_distance(centers)
+        reach = max(zone.reach, 1e-9)
+        # Within the clearance 1…99, in the object 100.
+        within = np.clip(np.ceil(99 * (1 - gap / reach)), 1, 99)
+        share = np.maximum(share, np.where(gap <= 0, 100, np.where(gap < reach, within, 0)))
+    return share.astype(np.int8)
+
+
+def touched(request: ExportRequest) -> NDArray[np.bool_]:
+    """(rows, columns): cells of which any part may lie in a zone."""
+    return request.cost_map.within(request.cost_map.cell * np.sqrt(0.5))
+
+
+def speed_percent(request: ExportRequest) -> NDArray[np.int8]:
+    """(rows, columns): percent of the full speed, 0 for no limit."""
+    where = request.cost_map
+    centers = where.centers()
+    percent = np.full(where.shape, 101.0)
+    for zone in where.zones:
+        beyond = zone.shape.signed_distance(centers) - zone.radius
+        band = max(zone.radius, where.cell)
+        limit = _SLOWEST_PERCENT + (100 - _SLOWEST_PERCENT) * np.clip(beyond / band, 0.0, 1.0)
+        percent = np.minimum(percent, np.where(beyond < band, limit, 101.0))
+    return np.where(percent > 100, 0, np.rint(percent)).astype(np.int8)
+
+
+def _write(
+    request: ExportRequest, folder: Path, name: str, pixels: NDArray[np.generic], mode: str
+) -> None:
+    import PIL.Image
+
+    PIL.Image.fromarray(np.asarray(pixels).astype(np.uint8), mode="L").save(folder / f"{name}.pgm")
+    where = request.cost_map
+    cell_m = where.cell * request.scale_m
+    # Whole cells may reach below the map's lower bound: the origin is the last row's corner.
+    bottom = where.bounds[1] + where.shape[0] * where.cell
+    x, y = request.frame.to_metres([where.bounds[0], bottom])
+    (folder / f"{name}.yaml").write_text(
+        f"image: {name}.pgm\n"
+        f"mode: {mode}\n"
+        f"resolution: {cell_m!r}\n"
+        f"origin: [{float(x)!r}, {float(y)!r}, 0.0]\n"
+        "negate: 0\n"
+        "occupied_thresh: 1.0\n"
+        "free_thresh: 0.0\n",
+        encoding="utf-8",
+    )
+
+
+_FILTERS = """\
+keepout_filter_info_server:
+  ros__parameters:
+    type: 0
+    filter_info_topic: keepout_filter_info
+    mask_topic: keepout_mask
+    base: 0.0
+    multiplier: 1.0
+speed_filter_info_server:
+  ros__parameters:
+    type: 1
+    filter_info_topic: speed_filter_info
+    mask_topic: speed_mask
+    base: 0.0
+    multiplier: 1.0
+"""
