@@ -35,7 +35,7 @@ def small_set(n: int = 6, *, pictures: bool = True, t: bool = False) -> Demonstr
         Demonstration(
             f"d{i}",
             f"s{i % 2}",
-            path(3.0 * i - 5),
+            path(3.0 * i % 40 - 5 + i / 1000),
             ("careful", "normal")[i % 2],
             None,
             i % 3 != 0,
