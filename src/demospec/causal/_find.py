@@ -154,6 +154,9 @@ def _symbols(
     scenes: Sequence[Scene], symbols: Sequence[str] | None, editor: Editor, skip_absent: bool
 ) -> tuple[tuple[str, ...], dict[str, str]]:
     """The symbols that can be added, and why others cannot."""
+    if all(s.objects is None and s.picture is None for s in scenes):
+        expected = "object lists or pictures to intervene on"
+        raise CannotJudgeError(expected, "objects not listed", field="objects")
     present = tuple(dict.fromkeys(o.symbol for s in scenes for o in s.objects or ()))
     wanted = present if symbols is None else tuple(dict.fromkeys(symbols))
     if not wanted:

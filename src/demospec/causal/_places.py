@@ -25,7 +25,7 @@ class Region:
 
 
 def region_of(scenes: Sequence[Scene]) -> Region:
-    """The largest picture; without pictures, the box of all ends and objects and a tenth more."""
+    """The largest picture; without pictures, the box of all ends and objects (of all scenes)."""
     sizes = [s.size_px for s in scenes if s.size_px is not None]
     if sizes:
         return Region((0.0, 0.0), (max(s[0] for s in sizes), max(s[1] for s in sizes)))
@@ -34,10 +34,7 @@ def region_of(scenes: Sequence[Scene]) -> Region:
         x0, y0, x1, y1 = item.outline.bounds
         points += [(x0, y0), (x1, y1)]
     low, high = np.min(points, axis=0), np.max(points, axis=0)
-    pad = 0.1 * max(float((high - low).max()), 1.0)
-    return Region(
-        (float(low[0]) - pad, float(low[1]) - pad), (float(high[0]) + pad, float(high[1]) + pad)
-    )
+    return Region((float(low[0]), float(low[1])), (float(high[0]), float(high[1])))
 
 
 def region_of_scene(scene: Scene, whole: Region) -> Region:
