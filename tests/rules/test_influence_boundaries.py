@@ -104,7 +104,7 @@ def test_of_equally_near_objects_the_first_counts(reading, shift):
     assert answer.hull_radius[1] == (2, 41)
 
 
-@settings(deadline=None, max_examples=200)
+@settings(deadline=None, max_examples=100)
 @given(
     st.lists(
         st.tuples(
@@ -130,7 +130,7 @@ def test_levels_and_penalties_are_exact(points, center, scale):
     assert hit.penalty.tolist() == [round_root(scale**2 * exact[i]) for i in inside]
 
 
-@settings(deadline=None, max_examples=200)
+@settings(deadline=None, max_examples=100)
 @given(st.fractions(0, 10**9), st.integers(1, 1000))
 def test_integer_roots(square, scale):
     level, penalty = exact_level(square), exact_penalty(square, scale)

@@ -37,7 +37,7 @@ def test_the_small_example_has_its_answer():
 
 @pytest.mark.parametrize("part", range(4))
 def test_exact_agrees_with_brute_force(way, part):
-    for seed in range(100 * part, 100 * part + 100):
+    for seed in range(60 * part, 60 * part + 60):
         problem = random_problem(seed)
         assert_same(solve(problem, listed=10**6), answer_of(problem), f"seed {seed}")
 
@@ -71,14 +71,14 @@ def test_encodings_agree_with_brute_force_on_hundreds():
             assert_same(solve(problem, "step", listed=10**6), expected, f"step, seed {seed}")
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(3))
 def test_pixel_scale_agrees_with_brute_force(seed):
     problem = pixel_problem(seed)
     assert_same(solve(problem, listed=10**6), pixel_answer(problem))
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(5, 45))
+@pytest.mark.parametrize("seed", range(3, 45))
 def test_pixel_scale_agrees_with_brute_force_forty_times(seed):
     problem = pixel_problem(seed)
     assert_same(solve(problem, listed=10**6), pixel_answer(problem))

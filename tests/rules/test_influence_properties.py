@@ -23,7 +23,7 @@ FIELDS = (
     "status", "min", "max", "n_feasible", "hull_T_min", "hull_radius", "optima_min", "optima_max",
     "n_optima_min", "n_optima_max",
 )  # fmt: skip
-quick = settings(deadline=None, max_examples=40)
+quick = settings(deadline=None, max_examples=20)
 seeds = st.integers(0, 10**6)
 
 

@@ -375,7 +375,8 @@ def _trajectory(value: Any, where: str) -> RuleTrajectory:
 
 def whole(value: Any, where: str) -> int:
     """A whole number (60 or 60.0); InputError names the field."""
-    if isinstance(value, bool) or not isinstance(value, int | float) or value != int(value):
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    if not number or not np.isfinite(value) or value != int(value):
         raise InputError("a whole number", value, field=where)
     return int(value)
 
