@@ -31,11 +31,17 @@ if TYPE_CHECKING:
         problem_from_document,
         read_problem,
     )
+    from demospec.rules._query import Query, next_query, query_file
+    from demospec.rules._query_set import query_set
     from demospec.rules._sets import ConsistentSets, consistent_sets
     from demospec.rules._solve import solve
     from demospec.rules._sweep_grid import ThresholdGrid, WidthCurve, threshold_grid, width_curve
 
 __all__ = [
+    "Query",
+    "next_query",
+    "query_file",
+    "query_set",
     "answer_problem",
     "ProblemAnswer",
     "minimal_conflict",
@@ -76,6 +82,10 @@ __all__ = [
 ]
 
 _HOME = {
+    "Query": "_query",
+    "next_query": "_query",
+    "query_file": "_query",
+    "query_set": "_query_set",
     "answer_problem": "_answer_problem",
     "ProblemAnswer": "_answer_problem",
     "minimal_conflict": "_conflict",

@@ -151,7 +151,7 @@ def learn_rules(
         InputError: No label.
     """
     seen = approaches(data, split=split, distance=distance, progress=progress)
-    unit = _hundredth(data)
+    unit = hundredth(data)
     present = [t for t in data.types if (seen.type == t).any()]
     if not present:
         present = [ANYONE]
@@ -175,7 +175,7 @@ def learn_rules(
     return RuleSet(rules, data.units, data.metres_per_unit, tuple(notes))
 
 
-def _hundredth(data: DemonstrationSet) -> float:
+def hundredth(data: DemonstrationSet) -> float:
     """A hundredth of the table's width: 1 px of a 100 px picture."""
     widths = [s.size_px[0] for s in data.scenes if s.size_px is not None]
     if widths:

@@ -1,0 +1,44 @@
+"""What to ask next of the people of a demonstration set."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from demospec.demonstrations import DemonstrationSet
+from demospec.errors import InputError
+from demospec.rules._clearance import fit_clearance
+from demospec.rules._learn import ANYONE, approaches, hundredth
+from demospec.rules._query import Query
+from demospec.rules._query_clearance import best_clearance_path
+
+
+def query_set(
+    data: DemonstrationSet, *, type: str | None = None, pool: int = 300, seed: int = 0
+) -> Query:
+    """The scene and path whose label would tell most about the clearances of one user type.
+
+    Args:
+        data: As for `learn_rules`.
+        type: User type; by default the one whose best question tells most.
+
+    Raises:
+        InputError: Not a type with labelled demonstrations.
+    """
+    seen = approaches(data)
+    present = [t for t in (*data.types, ANYONE) if (seen.type == t).any()]
+    if type is not None and type not in present:
+        raise InputError(f"one of the types {', '.join(present)}", type, field="--type")
+    scenes = [
+        (s.scene_id, s, (np.asarray(s.start), np.asarray(s.goal)))
+        for s in data.scenes
+        if s.objects is not None
+    ]
+    unit = hundredth(data)
+    found: list[Query] = []
+    for name in present if type is None else [type]:
+        mine = seen.type == name
+        fit = fit_clearance(seen.nearest[mine], seen.valid[mine], data.symbols, unit=unit)
+        found.append(
+            best_clearance_path(fit, scenes, "footprint", unit, pool=pool, seed=seed, type=name)
+        )
+    return max(found, key=lambda q: (q.status == "ask", q.bits))
