@@ -179,7 +179,11 @@ class RuleView:
 
     def p_valid(self, paths: Paths, type: str) -> FloatArray:
         """(n,) 0 or 1."""
-        return (self.logits(paths, type) > 0).astype(np.float64)
+        return self.p_of_logits(self.logits(paths, type))
+
+    def p_of_logits(self, logits: FloatArray) -> FloatArray:
+        """1 where the logit is > 0, else 0: who has the logits need not judge again."""
+        return (logits > 0).astype(np.float64)
 
     def logits_and_gradients(self, paths: FloatArray, type: str) -> tuple[FloatArray, FloatArray]:
         """Logits (n,) and their subgradients along the paths (n, m, 2).
