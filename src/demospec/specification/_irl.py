@@ -181,10 +181,9 @@ class IrlView:
 
     def logits(self, paths: Paths, type: str) -> FloatArray:
         t = self._index(type)
-        points = np.stack([resample(np.asarray(p)[:, :2], _POINTS) for p in paths])
-        values = bilinear(self.rewards[:, :, t, None], points * self._scale)[..., 0]
+        returns = means_along(self.rewards[:, :, t, None], paths, self._scale)[:, 0]
         w = self.model.weights
-        return np.asarray(float(w["slope"][t]) * (values.mean(axis=1) - float(w["threshold"][t])))
+        return np.asarray(float(w["slope"][t]) * (returns - float(w["threshold"][t])))
 
     def p_valid(self, paths: Paths, type: str) -> FloatArray:
         return probability(self.logits(paths, type))
@@ -238,6 +237,24 @@ def bilinear(layers: FloatArray, points: FloatArray) -> FloatArray:
     return np.asarray(top * (1 - fy) + low * fy)
 
 
+def means_along(layers: FloatArray, paths: Paths, scale: FloatArray) -> FloatArray:
+    """Mean over arc length of layers (h, w, F) along paths, (n, F); `scale` takes them there.
+
+    Stacked paths of at least `_POINTS` points are read at these points, others resampled.
+    """
+    if isinstance(paths, np.ndarray) and paths.ndim == 3 and paths.shape[1] >= _POINTS:
+        points = paths[..., :2] * scale
+    else:
+        points = np.stack([resample(np.asarray(p)[:, :2], 2 * _POINTS) for p in paths]) * scale
+    steps = np.linalg.norm(np.diff(points, axis=1), axis=2)
+    weight = np.zeros(points.shape[:2])
+    weight[:, 1:] += steps
+    weight[:, :-1] += steps
+    weight += 1e-9  # a path without length is its point
+    values = bilinear(layers, points)
+    return np.asarray(np.einsum("nm,nmf->nf", weight / weight.sum(axis=1, keepdims=True), values))
+
+
 @dataclass(frozen=True)
 class _Sums:
     """Mean features of the demonstrations' paths, and of the grid of curves in each scene."""
@@ -259,16 +276,14 @@ def _path_features(data: DemonstrationSet, d: Any, s: IrlSettings, progress: Pro
         size = np.array(picture_size(place), dtype=np.float64)
         layers = image_features(place)
         mine = np.flatnonzero(scene == row)
-        points = np.stack([resample(p, _POINTS) for p in d.paths_xy(mine)])
-        paths[mine] = bilinear(layers, points * PICTURE_PX / size).mean(axis=1)
+        paths[mine] = means_along(layers, d.paths_xy(mine), PICTURE_PX / size)
         axes = [np.linspace(-PLANE_MARGIN * v, (1 + PLANE_MARGIN) * v, s.grid) for v in size]
         control = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 1, 2)
         curves = bezier_points(
             np.broadcast_to(place.start[:2], (len(control), 2)),
             np.asarray(place.goal[:2]), control, 60,
         )  # fmt: skip
-        curves = np.stack([resample(c, _POINTS) for c in curves])
-        grids.append(bilinear(layers, curves * PICTURE_PX / size).mean(axis=1))
+        grids.append(means_along(layers, curves, PICTURE_PX / size))
         means.append(layers.mean(axis=(0, 1)))
         squares.append((layers**2).mean(axis=(0, 1)))
         progress("features", row + 1, len(used))

@@ -125,7 +125,7 @@ def regions(accepted: NDArray[np.bool_]) -> tuple[NDArray[np.int64], int]:
     rank = np.empty(count + 1, dtype=np.int64)
     rank[0] = -1
     rank[1 + order] = np.arange(count)
-    return np.asarray(rank[raw]), int(count)
+    return np.asarray(rank[np.asarray(raw)], dtype=np.int64), int(count)
 
 
 def diversity(points: FloatArray) -> float:
