@@ -1,0 +1,145 @@
+"""One trajectory, one place, one boundary: counterfactuals, effect maps, z_θ, agreement."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from demospec.causal import (
+    Settings,
+    agreement,
+    boundary_shift,
+    effect_map,
+    find_causes,
+    had_it_not_been_there,
+)
+from demospec.demonstrations import fit_bezier
+from demospec.errors import CannotJudgeError, InputError
+from demospec.rules import ClearanceRule, RuleSet, TypeRules
+from demospec.scene import Disc, Scene, SceneObject
+
+START, GOAL = (10.0, 90.0), (90.0, 10.0)
+STRAIGHT = np.array([START, GOAL])
+
+
+def table_with(**discs: tuple[str, float, float]) -> Scene:
+    items = tuple(
+        SceneObject(name, symbol, (x, y), None, Disc((x, y), 4.0))
+        for name, (symbol, x, y) in discs.items()
+    )
+    return Scene("a", START, GOAL, items)
+
+
+def test_the_object_without_which_the_verdict_flips(truth) -> None:  # type: ignore[no-untyped-def]
+    scene = table_with(cup=("glass", 50.0, 50.0), dish=("plate", 20.0, 20.0))
+    found = had_it_not_been_there(truth, scene, STRAIGHT, "normal")
+    assert found.p_valid == 0.0
+    assert found.causes == ("cup",)
+    assert found.without[0].p_valid == 1.0
+    assert not found.without[1].flips
+    assert found.sentence == (
+        "normal rejects this path (p = 0.00); had cup not been there, normal would accept it "
+        "(p = 1.00)."
+    )
+    assert found.to_json()["causes"] == ["cup"]
+
+
+def test_two_objects_that_each_forbid_the_path(truth) -> None:  # type: ignore[no-untyped-def]
+    scene = table_with(cup=("glass", 30.0, 70.0), mug=("glass", 70.0, 30.0))
+    found = had_it_not_been_there(truth, scene, STRAIGHT, "careful")
+    assert found.causes == ()
+    assert found.empty_p_valid == 1.0
+    assert "all together do" in found.sentence
+
+
+def test_a_path_that_nothing_decides(truth) -> None:  # type: ignore[no-untyped-def]
+    scene = table_with(cup=("glass", 20.0, 20.0))
+    found = had_it_not_been_there(truth, scene, STRAIGHT, "aggressive")
+    assert found.causes == ()
+    assert found.p_valid == found.empty_p_valid == 1.0
+    assert "by at most 0.00" in found.sentence
+    with pytest.raises(CannotJudgeError):
+        had_it_not_been_there(truth, replace(scene, objects=None), STRAIGHT, "careful")
+
+
+def test_effect_map_knows_where_it_matters(truth) -> None:  # type: ignore[no-untyped-def]
+    scene = table_with(cup=("glass", 40.0, 20.0), dish=("plate", 75.0, 75.0), edge=("bowl", 4.0, 4.0),
+                       far=("bowl", 96.0, 96.0))  # fmt: skip
+    found = effect_map(truth, scene, "glass", "normal", grid=12, draws=150)
+    assert found.effect.shape == (12, 12)
+    assert np.nanmin(found.effect) < -0.2
+    assert np.nanmax(found.effect) <= 0.0
+    x, y = found.strongest or (0.0, 0.0)
+    assert abs((x - 10) + (y - 90)) / np.sqrt(2) < 30  # near the line of most paths
+    for row, column in np.argwhere(np.isnan(found.effect)):
+        place = (found.x[column], found.y[row])
+        near = min(float(o.outline.signed_distance(place)) for o in scene.listed_objects())
+        ends = min(np.hypot(place[0] - e[0], place[1] - e[1]) for e in (START, GOAL))
+        at_rim = min(place[0], place[1], 100 - place[0], 100 - place[1]) < 5
+        assert near < 6.0 or ends < 12.1 or at_rim
+    nothing = effect_map(truth, scene, "plate", "normal", grid=6, draws=20)
+    assert np.nanmax(np.abs(nothing.effect)) == 0.0
+    with pytest.raises(InputError, match="found vase"):
+        effect_map(truth, scene, "vase", "normal")
+
+
+def test_boundary_of_a_circle_in_control_space(formula_model) -> None:  # type: ignore[no-untyped-def]
+    """Invalid inside a circle of z_θ, larger after: lines, areas and losses are known."""
+    scene = table_with(cup=("glass", 50.0, 50.0), a=("bowl", 0.0, 0.0), b=("bowl", 100.0, 100.0))
+
+    def model(radius):  # type: ignore[no-untyped-def]
+        def formula(scene, paths, type_):  # type: ignore[no-untyped-def]
+            z = np.array([fit_bezier(p, refine=0)[0] for p in paths])
+            return (np.hypot(z[:, 0] - 50, z[:, 1] - 50) > radius).astype(float)
+
+        return formula_model(formula).see(scene)
+
+    found = boundary_shift(model(20.0), model(30.0), "one", grid=31)
+    side = found.high[0] - found.low[0]
+    step = side / 30
+    for boundary, radius in ((found.before, 20.0), (found.after, 30.0)):
+        assert len(boundary.lines) == 1
+        gap = np.hypot(*(boundary.lines[0] - 50).T) - radius
+        assert np.abs(gap).max() < step / 32
+        assert boundary.area == pytest.approx(1 - np.pi * radius**2 / side**2, abs=0.02)
+    assert found.gained == 0.0
+    assert found.lost == pytest.approx(np.pi * (30**2 - 20**2) / side**2, abs=0.02)
+
+
+def test_boundary_shift_agrees_with_the_effect(truth) -> None:  # type: ignore[no-untyped-def]
+    before = table_with(dish=("plate", 20.0, 20.0), x=("bowl", 4.0, 4.0), y=("bowl", 96.0, 96.0))
+    cup = SceneObject("cup", "glass", (55.0, 60.0), None, Disc((55.0, 60.0), 4.0))
+    after = before.with_changes(objects=(*before.listed_objects(), cup), picture=None)
+    found = boundary_shift(truth.see(before), truth.see(after), "normal")
+    assert found.before.area == 1.0
+    assert found.before.lines == ()
+    assert len(found.after.lines) >= 1
+    assert found.lost == pytest.approx(1 - found.after.area)
+
+
+def test_agreement_counts_and_names_what_differs(truth, scenes) -> None:  # type: ignore[no-untyped-def]
+    found = find_causes(truth, scenes, settings=Settings(placements=3, draws=60))
+    same = agreement(found, truth)
+    assert same.score == 1.0
+    assert same.n_cells == 12
+    assert same.disagreements == ()
+    other = RuleSet(
+        {
+            "careful": TypeRules(ClearanceRule({"plate": 3.0, "bowl": 3.0, "utensil": 3.0})),
+            "normal": TypeRules(ClearanceRule({"bowl": 7.5}, uninformed=("plate",))),
+        }
+    )
+    differ = agreement(found, other)
+    named = {(d.type, d.symbol): d.kind for d in differ.disagreements}
+    assert named == {
+        ("careful", "glass"): "only the model",
+        ("normal", "glass"): "only the model",
+        ("normal", "bowl"): "only the rules",
+    }
+    assert differ.n_cells == 7
+    assert differ.score == pytest.approx(4 / 7)
+    assert "normal/plate: no demonstration informs the rule" in differ.open
+    assert any("7.5 px" in d.why for d in differ.disagreements)
+    assert differ.to_json()["score"] == differ.score
