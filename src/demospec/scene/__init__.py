@@ -10,11 +10,11 @@ from demospec.scene._free_places import free_places, room_around
 from demospec.scene._interventions import (
     move_object,
     overlay,
-    placebo_patch,
     remove_object,
     swap_object,
 )
 from demospec.scene._light import draw_light
+from demospec.scene._placebo import placebo_patch
 from demospec.scene._tables import draw_table
 from demospec.scene._types import Image, Picture, Scene, SceneObject
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from demospec.frames import FloatArray
-from demospec.scene._builtin_tableware import METALS, pick, rng_of, series
+from demospec.scene._builtin_looks import METALS, pick, rng_of, series
 from demospec.scene._catalogue import CatalogueItem
 from demospec.scene._mesh import Mesh, bar, joined, lathe, slab
 

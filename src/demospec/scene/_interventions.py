@@ -1,4 +1,4 @@
-"""Changing a scene: add, remove, move, swap an object; and a change that changes nothing.
+"""Changing a scene: add, remove, move, swap an object.
 
 Simulated scenes are drawn again from what they were composed of. A user's picture is changed
 in place: new objects are laid onto it with an estimated light, and where an object goes, the
@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from demospec.errors import InputError, MissingPackageError
-from demospec.frames import FloatArray
 from demospec.scene._catalogue import Catalogue, CatalogueItem, load_catalogue
 from demospec.scene._compose import (
     Stamp,
@@ -26,7 +25,6 @@ from demospec.scene._compose import (
 )
 from demospec.scene._cut_outs import CutOut, cut_out
 from demospec.scene._estimate_light import light_of
-from demospec.scene._free_places import free_places
 from demospec.scene._inpaint import filled
 from demospec.scene._render_key import render_of
 from demospec.scene._types import Image, Picture, Scene, SceneObject
@@ -239,68 +237,3 @@ def _known_item(scene: Scene, object_id: str) -> tuple[CatalogueItem, float] | N
     except MissingPackageError:
         return None
     return catalogue.item(entry["item"]), float(entry["angle"])
-
-
-def placebo_patch(
-    scene: Scene,
-    center: ArrayLike,
-    rng: np.random.Generator,
-    *,
-    radius_px: float = 8.0,
-) -> Scene:
-    """A moved patch of bare table, blended in: a change that must change no judgement.
-
-    A disc of table from a random free place replaces the disc about `center`, with its mean
-    brightness matched to the place and a soft edge. The object list stays as it is. Of the
-    free places, those that look most like the table at `center` are drawn from: where objects
-    are not listed, this keeps the patch off them.
-
-    Args:
-        scene: With a picture.
-        center: (2,) pixels, on bare table.
-        rng: Draws where the patch comes from.
-        radius_px: Of the patch.
-
-    Raises:
-        InputError: The scene has no other free place of that size.
-    """
-    image = scene.pixels() / 255.0
-    height, width = image.shape[:2]
-    to = np.asarray(center, dtype=np.float64)
-    y, x = np.mgrid[0:height, 0:width]
-    distance = np.hypot(x + 0.5 - to[0], y + 0.5 - to[1])
-    weight = np.clip((radius_px - distance) / (0.7 * radius_px), 0.0, 1.0)
-    weight = weight * weight * (3 - 2 * weight)
-    y, x = np.nonzero(weight)
-    shifts = np.round(free_places(scene, radius_px, 48, rng) - to).astype(int)
-    inside = [
-        (x.min() + dx >= 0) & (x.max() + dx < width) & (y.min() + dy >= 0) & (y.max() + dy < height)
-        for dx, dy in shifts
-    ]
-    far = np.linalg.norm(shifts, axis=1) > 0.5 * radius_px
-    shifts = shifts[far & np.array(inside, dtype=bool)] if len(shifts) else shifts
-    if len(y) == 0 or len(shifts) == 0:
-        raise InputError(
-            f"room for a patch of radius {radius_px:g} px", "none",
-            row=f"scene {scene.scene_id}", field="placebo",
-        )  # fmt: skip
-    here = image[y, x]
-    share = 0.3 if scene.objects is not None else 0.15
-    # A patch that fits badly would show a round edge and look like a thing.
-    unlike = np.array([_unlike(here, image[y + dy, x + dx], weight[y, x]) for dx, dy in shifts])
-    alike = np.argsort(unlike, kind="stable")[: max(1, int(share * len(shifts)))]
-    dx, dy = shifts[alike[int(rng.integers(len(alike)))]]
-    there = image[y + dy, x + dx]
-    w = weight[y, x][:, None]
-    matched = there + ((here - there) * w).sum(axis=0) / w.sum()
-    image[y, x] = here * (1 - w) + matched * w
-    return replace(scene, picture=Picture(array=to_image(image)))
-
-
-def _unlike(one: FloatArray, other: FloatArray, weight: FloatArray) -> float:
-    """How different two patches are but for their mean: in colours and, at the rim, in place."""
-    levels = (0.02, 0.1, 0.3, 0.5, 0.7, 0.9, 0.98)
-    a, b = one - one.mean(axis=0), other - other.mean(axis=0)
-    colours = np.abs(np.quantile(a, levels, axis=0) - np.quantile(b, levels, axis=0)).max()
-    rim = weight < 0.8
-    return float(colours + 2.0 * np.abs(a[rim] - b[rim]).mean())

@@ -21,7 +21,7 @@ import numpy as np
 
 from demospec.errors import InputError, MissingPackageError
 from demospec.frames import FloatArray
-from demospec.scene._builtin_tableware import GLAZES, rng_of
+from demospec.scene._builtin_looks import GLAZES, rng_of
 from demospec.scene._catalogue import CatalogueItem
 from demospec.scene._mesh import Mesh
 from demospec.scene._obj import read_obj
