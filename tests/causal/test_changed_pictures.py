@@ -181,3 +181,21 @@ def test_pictures_larger_than_others_keep_their_own_frame(photographs) -> None: 
     scene = replace(photographs[0], picture=Picture(array=wide), objects=())
     after = Cutout(photographs[0], photographs[0].objects[0]).put(scene, (150.0, 30.0))
     assert after.pixels().shape == wide.shape
+
+
+def test_scenes_without_lists_are_looked_at_for_free_places(formula_model, simulated) -> None:  # type: ignore[no-untyped-def]
+    """What is put into a picture whose objects nobody listed must not cover one of them."""
+    pytest.importorskip("torch", reason="the vision extra brings torch")
+    data, _ = simulated
+    blind = replace(data, scenes=tuple(replace(s, objects=None, extra=()) for s in data.scenes))
+    settings = Settings(placements=3, draws=3)
+    model = formula_model(lambda scene, paths, type_: np.full(len(paths), 0.5))
+    table = trials_of_set(model, blind, symbols=["glass"], settings=settings)
+    assert any("6 of 6 scenes list no objects" in note for note in table.notes)
+    added = [t for t in table.trials if t.intervention == "add"]
+    assert len(added) == 18
+    covered = [
+        min(float(o.outline.signed_distance(t.center)) for o in data.scenes[t.scene].objects) < 2
+        for t in added
+    ]
+    assert sum(covered) <= 1

@@ -65,8 +65,8 @@ def test_a_path_that_nothing_decides(truth) -> None:  # type: ignore[no-untyped-
 
 
 def test_effect_map_knows_where_it_matters(truth) -> None:  # type: ignore[no-untyped-def]
-    scene = table_with(cup=("glass", 40.0, 20.0), dish=("plate", 75.0, 75.0), edge=("bowl", 4.0, 4.0),
-                       far=("bowl", 96.0, 96.0))  # fmt: skip
+    corners = {"edge": ("bowl", 4.0, 4.0), "far": ("bowl", 96.0, 96.0)}
+    scene = table_with(cup=("glass", 40.0, 20.0), dish=("plate", 75.0, 75.0), **corners)
     found = effect_map(truth, scene, "glass", "normal", grid=12, draws=150)
     assert found.effect.shape == (12, 12)
     assert np.nanmin(found.effect) < -0.2

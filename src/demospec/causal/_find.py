@@ -192,6 +192,7 @@ class _Run:
         self.before: list[FloatArray] = []
         self.trials: list[Trial] = []
         self.short: dict[str, list[tuple[str, int]]] = {}
+        self.unlisted: list[str] = []
 
     def rng(self, scene: Scene, *words: str) -> np.random.Generator:
         """A stream of its own for each scene and purpose: the order of symbols is no matter."""
@@ -209,6 +210,8 @@ class _Run:
         self.controls.append(controls)
         self.before.append(before)
         listed = self.editor.listed(scene)
+        if scene.objects is None:
+            self.unlisted.append(scene.scene_id)
 
         def trial(
             kind: str, symbol: str, k: int, at: tuple[float, float], after: Scene, **more: str
@@ -375,6 +378,11 @@ class _Run:
             notes.append(
                 f"{len(refused)} of {n + len(refused)} scenes could not be judged ({ids}): "
                 f"expected {why.expected}, found {why.found}; n = {n}"
+            )
+        if self.unlisted:
+            notes.append(
+                f"{len(self.unlisted)} of {n} scenes list no objects ({_some(self.unlisted)}): "
+                "free places are where the pretrained body sees nothing"
             )
         for symbol, places in self.short.items():
             name = symbol or "placebo"

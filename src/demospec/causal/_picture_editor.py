@@ -13,7 +13,9 @@ from demospec.causal._interventions import ListEditor, Thing
 from demospec.errors import InputError
 from demospec.scene import (
     CatalogueItem,
+    Polygon,
     Scene,
+    SceneObject,
     load_catalogue,
     move_object,
     overlay,
@@ -61,8 +63,8 @@ class CatalogueThing:
 class PictureEditor:
     """Changes pictures and object lists together.
 
-    Composed scenes (simulated ones) take items of the catalogue they were composed from, of
-    the part that belongs to their split. Other pictures take what is cut out of the set's own
+    Sets of composed (simulated) scenes take items of the catalogue they were composed from, of
+    the part that belongs to a scene's split. Other sets take what is cut out of their own
     pictures; a symbol that no picture shows comes from the catalogue.
 
     Args:
@@ -89,6 +91,8 @@ class PictureEditor:
         self._lists = ListEditor(scenes)
         self._cutouts: dict[str, list[Thing]] = {}
         self._items: dict[tuple[str, str], list[Thing]] = {}
+        self._seen: dict[str, tuple[SceneObject, ...]] = {}
+        self._simulated = _catalogue_of(scenes) is not None
         for scene in scenes:
             for item in scene.objects or () if scene.picture is not None else ():
                 if item.footprint is not None:
@@ -98,14 +102,13 @@ class PictureEditor:
         """What can be added of a symbol (to that scene: train items to train scenes)."""
         if scene is not None and scene.picture is None:
             return self._lists.things(symbol)
-        composed = scene is None or _composed(scene) is not None
         from_catalogue = self._catalogue_things(symbol, "all" if scene is None else scene.split)
         cut = self._cutouts.get(symbol, [])
         if self.source == "catalogue":
             return from_catalogue
         if self.source == "cutouts":
             return cut
-        return (from_catalogue or cut) if composed else (cut or from_catalogue)
+        return (from_catalogue or cut) if self._simulated else (cut or from_catalogue)
 
     def _catalogue_things(self, symbol: str, part: str) -> list[Thing]:
         key = (symbol, part if part in ("train", "test") else "all")
@@ -147,8 +150,18 @@ class PictureEditor:
         return scene.with_changes(objects=scene.objects, picture=patched.picture)
 
     def listed(self, scene: Scene) -> Scene:
-        """The scene with its own list; where it has none, with what the body detects."""
-        return scene
+        """The scene with its own list; where it has none, with what the pretrained body sees."""
+        if scene.objects is not None or scene.picture is None:
+            return scene
+        if scene.scene_id not in self._seen:
+            from demospec.perception import look
+
+            self._seen[scene.scene_id] = tuple(
+                SceneObject(f"seen-{i}", slot.kind, slot.center, slot.bbox, Polygon(slot.polygon))
+                for i, slot in enumerate(look(scene.pixels()).slots)
+                if len(slot.polygon) >= 3
+            )
+        return scene.with_changes(objects=self._seen[scene.scene_id], picture=scene.picture)
 
 
 def _composed(scene: Scene) -> dict[str, Any] | None:
