@@ -75,7 +75,7 @@ def pixel_answer(problem: RuleProblem) -> dict[str, Any]:
     (T_min, pair): still brute force, but in 64-bit numbers.
     """
     bounds = problem.bounds
-    low, high = bounds.radius
+    _low, high = bounds.radius
     r = np.arange(high + 1)
     objects = problem.scenes[0].objects
     limit = problem.scale * problem.F_max

@@ -190,10 +190,10 @@ def test_one_line_names_the_object(objects, message):
 def test_a_file_with_NaN_is_refused_by_name(tmp_path):
     file = tmp_path / "problem.json"
     file.write_text(json.dumps(base()).replace("24", "NaN"))
-    with pytest.raises(InputError, match="problem.json.*finite number, found NaN"):
+    with pytest.raises(InputError, match=r"problem.json.*finite number, found NaN"):
         read_problem(file)
     file.write_text(json.dumps(base(F_max="60")))
-    with pytest.raises(InputError, match="problem.json, F_max: expected a whole number"):
+    with pytest.raises(InputError, match=r"problem\.json, F_max: expected a whole number"):
         read_problem(file)
     with pytest.raises(InputError, match="readable file"):
         read_problem(tmp_path / "absent.json")

@@ -121,7 +121,10 @@ def test_levels_and_penalties_are_exact(points, center, scale):
     points = np.array(points, dtype=float)
     hit = Batch(points).reached(RuleObject("a", "a", center), scale, 200)
     exact = [
-        sum((Fraction(str(float(p))) - Fraction(str(c))) ** 2 for p, c in zip(row, center))
+        sum(
+            (Fraction(str(float(p))) - Fraction(str(c))) ** 2
+            for p, c in zip(row, center, strict=False)
+        )
         for row in points
     ]
     inside = [i for i, square in enumerate(exact) if square <= 200**2]

@@ -24,6 +24,7 @@ from demospec.rules import Bounds, RuleObject, RuleProblem, RuleScene, RuleTraje
 
 ROOM = Path(demospec.rules.__file__).parent
 
+# ruff: noqa: E501
 # (module, as written, mutated, engine)
 MUTATIONS = [
     ("_measure", "level = np.ceil(root)", "level = np.floor(root)", "exact"),

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-import pytest
 from rules_problems import random_problem
 
 from demospec.rules import (
@@ -102,7 +102,10 @@ def test_more_demonstrations_never_widen_the_hull(seed):
     if more.status != "optimal":
         return
     assert fewer.status == "optimal"
-    pairs = [(fewer.hull_T_min, more.hull_T_min), *zip(fewer.hull_radius, more.hull_radius)]
+    pairs = [
+        (fewer.hull_T_min, more.hull_T_min),
+        *zip(fewer.hull_radius, more.hull_radius, strict=False),
+    ]
     for wide, narrow in pairs:
         assert wide[0] <= narrow[0] <= narrow[1] <= wide[1]
     assert fewer.L_min <= more.L_min <= more.L_max <= fewer.L_max

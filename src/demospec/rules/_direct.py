@@ -8,6 +8,7 @@ Differs: whole numbers (ceil and round half up, see `evaluate_rule`), and named 
 
 from __future__ import annotations
 
+import itertools
 from typing import Any
 
 from ortools.sat.python import cp_model
@@ -137,4 +138,4 @@ def _weights(problem: RuleProblem, path: RuleTrajectory, limit: int) -> list[int
     dimensions = max((len(item.center) for item in objects), default=2)
     steps = Batch(path.points).lengths(dimensions, problem.scale).tolist()
     padded = [0, *steps, 0]
-    return [min(a + b, max(limit, 1)) for a, b in zip(padded, padded[1:], strict=False)]
+    return [min(a + b, max(limit, 1)) for a, b in itertools.pairwise(padded)]

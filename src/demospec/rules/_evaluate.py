@@ -6,6 +6,7 @@ It shares no code with any engine, so that it can check them.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass
 from decimal import Decimal
@@ -83,7 +84,7 @@ def _verdict(
             problem.scale**2
             * sum(((a - b) ** 2 for a, b in zip(p[:width], q[:width], strict=True)), Fraction(0))
         )
-        for p, q in zip(points, points[1:], strict=False)
+        for p, q in itertools.pairwise(points)
     ]
     contact, total = False, 0
     for i, point in enumerate(points):
