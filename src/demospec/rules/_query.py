@@ -32,6 +32,8 @@ NOISY_BITS = 0.02
 
 _JUDGES = 6000  # sets that choose among the probes; the chosen one is counted over all
 _FINALISTS = 4
+_ROUNDS = 5
+_ENOUGH = 0.9998  # of the bits that an even split would bring
 
 
 @dataclass(frozen=True)
@@ -133,9 +135,14 @@ def next_query(
         probes = [probes[i] for i in rng.permutation(len(probes))[:1]]
     scored = _score(problem, probes, judges, error_rate)
     best = sorted(scored, key=lambda s: -s[0])[: 3 * _FINALISTS]
-    if not random and best[0][0] < 0.9995:
+    enough = _ENOUGH * answer_bits(0.5, error_rate)
+    for _ in range(0 if random else _ROUNDS):
+        if best[0][0] >= enough:
+            break
         near = [probe.varied(rng) for _, probe in best for _ in range(10)]
-        best = sorted([*best, *_score(problem, near, judges, error_rate)], key=lambda s: -s[0])
+        near += [_draw(rng, problem, places, judges) for _ in range(pool // 3)]
+        scored = [*best, *_score(problem, near, judges, error_rate)]
+        best = sorted(scored, key=lambda s: -s[0])[: 3 * _FINALISTS]
     return _counted(problem, [p for _, p in best[:_FINALISTS]], left, error_rate, note)
 
 
