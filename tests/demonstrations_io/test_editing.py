@@ -139,7 +139,9 @@ def test_rescaling_keeps_metres(factor: float) -> None:
 def test_cropping_moves_everything_together() -> None:
     data = small_set()
     cut = edit.crop(data, (30, 35, 40, 50))
-    np.testing.assert_allclose(cut.demonstrations.flat + [30, 35], data.demonstrations.flat)
+    np.testing.assert_allclose(
+        cut.demonstrations.flat + np.array([30, 35]), data.demonstrations.flat
+    )
     assert cut.scenes[0].size_px == (40, 50)
     assert cut.scenes[0].listed_objects()[0].center == (20.0, 15.0)
     assert edit.crop(data, (0, 57, 100, 43)).scenes[0].objects is None  # the glass is elsewhere

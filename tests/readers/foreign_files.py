@@ -82,8 +82,8 @@ def write_lerobot(root: Path, episodes: int = 3, camera: str | None = "image") -
         "action": {"dtype": "float32", "shape": [2], "names": None},
         "next.success": {"dtype": "bool", "shape": [1], "names": None},
     }  # fmt: skip
-    for name, kind in (("timestamp", "float32"), ("frame_index", "int64"),
-                       ("episode_index", "int64"), ("index", "int64"), ("task_index", "int64")):  # fmt: skip
+    whole = ("frame_index", "episode_index", "index", "task_index")
+    for name, kind in (("timestamp", "float32"), *((n, "int64") for n in whole)):
         features[name] = {"dtype": kind, "shape": [1], "names": None}
     key = "observation.images.top"
     if camera is not None:

@@ -20,7 +20,12 @@ from demospec.demonstrations._trajectory import (
 from demospec.demonstrations.readers._mapping import Mapping, SceneMapping
 from demospec.demonstrations.readers._projection import Projection, projection_of
 from demospec.demonstrations.readers._recording import RawScene, Recording, Source
-from demospec.demonstrations.readers._values import automatic, text_of, validity_of
+from demospec.demonstrations.readers._values import (
+    automatic,
+    refuse_unknown,
+    text_of,
+    validity_of,
+)
 from demospec.errors import InputError
 from demospec.frames import FloatArray, PixelFrame
 from demospec.scene import Picture, Scene, SceneObject
@@ -115,6 +120,7 @@ def _choose(recordings: list[Recording], mapping: Mapping, notes: list[str]) -> 
     for what in ("scene", "type", "demonstrator", "valid"):
         asked = getattr(mapping, what)
         where = automatic(what, recordings, mapping.words) if asked == "auto" else asked
+        refuse_unknown(recordings, where, what)
         found[what] = where
         if where == "none":
             none = {

@@ -46,10 +46,10 @@ def automatic(what: str, recordings: list[Recording], words: MappingType[str, bo
 
 
 def value_of(recording: Recording, source: str, what: str) -> Any:
-    """The value that `source` names (see `Mapping`), or None.
+    """The value that `source` names (see `Mapping`); None where this recording has none.
 
     Raises:
-        InputError: No such field, or no such folder.
+        InputError: No such folder.
     """
     if source == "none":
         return None
@@ -59,11 +59,16 @@ def value_of(recording: Recording, source: str, what: str) -> Any:
         return source.removeprefix("always:")
     if source == "folder" or source.startswith("folder:"):
         return _folder(recording, source, what)
+    return recording.fields.get(source.removeprefix("field:"))
+
+
+def refuse_unknown(recordings: list[Recording], source: str, what: str) -> None:
+    """InputError where `source` names a field that no recording has (some may lack it)."""
+    keyword = source in ("none", "file", "folder") or source.startswith(("always:", "folder:"))
     name = source.removeprefix("field:")
-    if name not in recording.fields:
-        known = ", ".join(list(recording.fields)[:20]) or "none"
-        raise recording.complain(f"a field {name} (there are: {known})", "none", what)
-    return recording.fields[name]
+    if not keyword and not any(name in r.fields for r in recordings):
+        known = ", ".join(dict.fromkeys(f for r in recordings[:50] for f in r.fields)) or "none"
+        raise recordings[0].complain(f"a field {name} (there are: {known})", "none", what)
 
 
 def _folder(recording: Recording, source: str, what: str) -> str:
