@@ -10,6 +10,10 @@ import typer
 from demospec.cli._common import Json, Out, print_json, print_table, progress_bar, save_json, say
 from demospec.errors import InputError
 
+LARGE = 100_000
+"""Of sets with more demonstrations a random part is learned from: `SAMPLE` of each type."""
+SAMPLE = 10_000
+
 
 def rules(
     paths: Annotated[
@@ -70,13 +74,13 @@ def rules(
     if len(paths) == 1 and not _is_problem(paths[0]):
         _set(
             paths[0],
-            dict(
-                sharing=sharing,
-                distance=distance,
-                split=None if split == "all" else split,
-                influence=influence,
-                settings=settings,
-            ),
+            {
+                "sharing": sharing,
+                "distance": distance,
+                "split": None if split == "all" else split,
+                "influence": influence,
+                "settings": settings,
+            },
             json=json,
             out=out,
             picture=picture,
@@ -111,11 +115,17 @@ def _set(
     picture: Path | None,
     scene: str | None,
 ) -> None:
-    from demospec.demonstrations import read_set
+    from demospec.demonstrations import count_rows, read_set, sample_set
     from demospec.rules import learn_rules, rules_document
 
-    data = read_set(path)
     with progress_bar() as progress:
+        count = count_rows(path)
+        if count > LARGE:
+            # What many more would add to a clearance is far below a pixel.
+            data = sample_set(path, per_type=SAMPLE, split=options["split"], progress=progress)
+            say(f"note: {count} demonstrations: learned from a random {SAMPLE} of each type")
+        else:
+            data = read_set(path)
         answer = learn_rules(data, progress=progress, **options)
     document = rules_document(answer)
     for note in answer.notes:
@@ -135,6 +145,14 @@ def _set(
         for name, rule in answer.rules.items()
     ]
     print_table("Rules", ["type", "accepted", "rejected", "rule"], rows)
+    rows = [
+        [name, rule.evidence["influence"]]
+        for name, rule in answer.rules.items()
+        if rule.influence is not None
+    ]
+    if rows:
+        title = "The paper's rule: distance to centres, and how long (F_max as given)"
+        print_table(title, ["type", "rule"], rows)
     rows = []
     for name, rule in answer.rules.items():
         if rule.clearance is None:

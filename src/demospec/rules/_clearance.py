@@ -324,6 +324,9 @@ def _answer(
     chosen = rows[order[0]]
     columns = np.flatnonzero(chosen)
     mine = group.ravel() == order[0]
+    together = mine & _is_shared(particles)
+    if weight[together].sum() >= 0.5 * weight[mine].sum():
+        mine = together  # probably one clearance: then the answer names one
     space = ClearanceSpace.of(d, ok, floor)
     consistent = space.allows(columns.tolist())
     value, interval = {}, {}
@@ -356,7 +359,7 @@ def _answer(
         consistent=space.consistent,
         contradicted=tuple(np.flatnonzero(wrong).tolist()),
         at_most={n: float(space.upper[k]) for k, n in enumerate(names)},
-        shared=_shared_share(particles),
+        shared=float(weight @ _is_shared(particles)),
         position_noise=float(weight @ particles.sigma),
         exact=exact,
         fewest=space.fewest_classes_bound() if space.consistent else None,
@@ -364,12 +367,12 @@ def _answer(
     )
 
 
-def _shared_share(particles: Particles) -> float:
-    """Posterior mass of the particles whose classes all have the same clearance."""
+def _is_shared(particles: Particles) -> BoolArray:
+    """(m,) particles whose classes that matter all have the same clearance."""
     c = particles.clearance
     high = c.max(axis=1, initial=-np.inf)
     low = np.where(np.isfinite(c), c, np.inf).min(axis=1, initial=np.inf)
-    return float(np.exp(particles.log_weight) @ ((high == low) | (low == np.inf)))
+    return np.asarray((high == low) | (low == np.inf))
 
 
 def _credible(values: FloatArray, weight: FloatArray) -> tuple[float, float]:

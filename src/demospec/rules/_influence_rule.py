@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from demospec.demonstrations import DemonstrationSet, Paths
 from demospec.errors import CannotJudgeError, InputError
 from demospec.frames import FloatArray, describe_length
-from demospec.rules._words import plural
+from demospec.rules._words import listed, plural
 from demospec.scene import Scene
 
 WITHIN_S = 1.0
@@ -157,6 +157,9 @@ def influence_answer(
 ) -> tuple[dict[str, Any] | None, str]:
     """The pooled influence answer of one type, thresholds by class; or None and the reason.
 
+    Objects have footprints and this family has circles about centres, so some demonstrations
+    will contradict it: as few as possible, and they are named under ``contradicted``.
+
     Args:
         rows: Demonstrations of the type, all in scenes that list their objects.
         valid: (n,) their labels.
@@ -203,12 +206,13 @@ def influence_answer(
             for i, ok in zip(rows, valid, strict=True)
         ),
     )
-    answer = solve(problem, time_limit_s=within_s)
-    if answer.status == "infeasible":
-        return None, f"no radii about the centres agree with all labels (F_max {every['F_max']})"
-    if answer.max is None and answer.min is None:
-        return None, f"no answer within {within_s:g} s"
-    return answer.to_json(), ""
+    answer = solve(problem, time_limit_s=within_s, tolerant=True)
+    if answer.status == "infeasible" or (answer.max is None and answer.min is None):
+        return None, f"{answer.status}: no radii about the centres found within {within_s:g} s"
+    document = answer.to_json()
+    if answer.contradicted:
+        document["contradicted"] = [str(d.demo_id[rows[i]]) for i in answer.contradicted]
+    return document, ""
 
 
 def _extent(data: DemonstrationSet) -> float:
@@ -217,20 +221,33 @@ def _extent(data: DemonstrationSet) -> float:
 
 
 def influence_words(answer: Mapping[str, Any], metres_per_unit: float | None) -> str:
-    """``keeps at least 37 px (14.8 cm) from the drill; between 37 and 159 px it depends …``."""
+    """``keeps at least 37 px (14.8 cm) from the drill; between 37 and 159 px it depends …``.
+
+    Classes whose influence need not reach beyond T_min are left out.
+    """
     hull = answer.get("hull")
     if not hull:
         return ""
-    T_min = hull["T_min"][0]
-    parts = []
-    for name, (_, most) in hull["radius"].items():
-        least = describe_length(T_min, metres_per_unit)
-        where = plural(name) if answer["settings"].get("thresholds") == "class" else f"the {name}"
-        if most <= T_min:
-            parts.append(f"keeps at least {least} from {where}")
-            continue
-        parts.append(
-            f"keeps at least {least} from {where}; between {T_min} and "
-            f"{describe_length(most, metres_per_unit)} it depends on how long"
-        )
-    return "; ".join(parts)
+    low, high = hull["T_min"]
+    least = describe_length(high, metres_per_unit)
+    if low != high:
+        least = f"{low} to {least}"
+    by_class = answer["settings"].get("thresholds") == "class"
+    far = [
+        (plural(name) if by_class else f"the {name}", describe_length(longest, metres_per_unit))
+        for name, (shortest, longest) in hull["radius"].items()
+        if shortest > high
+    ]
+    if len(far) == 1:
+        ((where, length),) = far
+        text = f"keeps at least {least} from {where}; "
+        text += f"between {high} and {length} it depends on how long"
+    elif far:
+        reach = listed([f"{length} from {where}" for where, length in far])
+        text = f"keeps at least {least} from everything; out to {reach} it depends on how long"
+    else:
+        text = f"keeps at least {least} from the centre of everything"
+    wrong = answer.get("contradicted")
+    if wrong:
+        text += f"; {len(wrong)} demonstrations contradict this"
+    return text

@@ -15,7 +15,7 @@ from demospec.frames import FloatArray, describe_length
 from demospec.progress import Progress, silent
 from demospec.rules._clearance import ClearanceFit, Sharing, fit_clearance
 from demospec.rules._clearance_distance import Distance, nearest_approach
-from demospec.rules._influence_rule import influence_answer
+from demospec.rules._influence_rule import influence_answer, influence_words
 from demospec.rules._results import RuleSet, TypeRules
 from demospec.rules._words import clearance_words, listed, plural
 
@@ -210,7 +210,8 @@ def _type_rules(
     if influence:
         chosen = {"F_max": F_MAX, **settings}
         answer, reason = influence_answer(data, seen.rows[mine], valid, chosen)
-        evidence["influence"] = reason or "see influence"
+        words = "" if answer is None else influence_words(answer, data.metres_per_unit)
+        evidence["influence"] = words or reason
     return TypeRules(fit.rule, answer, type_sentence(data, fit, valid), evidence)
 
 
