@@ -154,7 +154,7 @@ def study(name: str, kind: str, repeats: int, *, unseen: bool, hide_lists: bool)
         print(json.dumps(line), flush=True)
 
 
-def coverage(scenes: int = 600, groups: int = 2000) -> None:
+def coverage(scenes: int = 400, groups: int = 1000) -> None:
     """How often the 95 % intervals of groups of scenes hold the mean of all scenes."""
     data, truth = simulate_set(
         seed=FIRST_SEED - 1, demonstrations=1, train_scenes=scenes, test_scenes=0
@@ -183,7 +183,27 @@ def coverage(scenes: int = 600, groups: int = 2000) -> None:
                 hits += low <= values.mean() <= high
             out.setdefault(f"n = {n}", {})[name] = hits / groups
         print(n, out[f"n = {n}"], flush=True)
+    for method in ("percentile", "BCa"):
+        out[f"n = 20, {method} bootstrap (not ours)"] = {
+            name: covered_by(values, method, groups // 3) for name, values in columns.items()
+            if values.any()
+        }  # fmt: skip
+        print(method, out[f"n = 20, {method} bootstrap (not ours)"], flush=True)
     record("coverage", {"scenes": scenes, "groups": groups, "share_covered": out})
+
+
+def covered_by(values: np.ndarray, method: Any, groups: int, n: int = 20) -> float:
+    """How often SciPy's bootstrap interval holds the mean of all scenes."""
+    from scipy.stats import bootstrap
+
+    rng = np.random.default_rng(0)
+    hits = 0
+    for _ in range(groups):
+        group = values[rng.integers(0, len(values), n)]
+        found = bootstrap((group,), np.mean, n_resamples=999, method=method, rng=rng)
+        low, high = found.confidence_interval
+        hits += low <= values.mean() <= high
+    return hits / groups
 
 
 def paper(seeds: int = 2) -> None:

@@ -11,10 +11,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from demospec.causal import Settings, estimate, run_trials, write_trials
+from demospec.causal import (
+    Settings,
+    estimate,
+    findings_from_document,
+    run_trials,
+    write_trials,
+)
 from demospec.causal._sentences import plural
 from demospec.cli import main
 from demospec.demonstrations import simulate_set, write_set
+from demospec.errors import InputError
 from demospec.report import save_causal_picture
 
 QUICK = Settings(placements=2, draws=40)
@@ -58,6 +65,19 @@ def test_the_document_has_the_agreed_fields(table) -> None:  # type: ignore[no-u
     agreed = {"from", "to", "effect", "interval", "p_corrected", "differ"}
     assert all(agreed <= pair.keys() for pair in document["types"])
     assert document["relevant"]["normal"] == ["glass"]
+
+
+def test_findings_survive_their_document(table, truth, scenes) -> None:  # type: ignore[no-untyped-def]
+    settings = replace(QUICK, interventions=("add", "swap"))
+    found = estimate(run_trials(truth, scenes[:6], settings=settings), settings)
+    document = json.loads(json.dumps(found.to_json()))
+    assert findings_from_document(document) == found
+    nowhere = estimate(replace(table, trials=()), QUICK)
+    again = findings_from_document(json.loads(json.dumps(nowhere.to_json())))
+    assert again.to_json() == nowhere.to_json()
+    assert np.isnan(again.effects[0].effect)
+    with pytest.raises(InputError, match="n_scenes"):
+        findings_from_document({k: v for k, v in document.items() if k != "n_scenes"})
 
 
 def test_the_parquet_table_alone_gives_the_effects(table, tmp_path) -> None:  # type: ignore[no-untyped-def]
