@@ -8,7 +8,6 @@ from demospec.causal._agreement import Agreement, Disagreement, agreement
 from demospec.causal._boundary import Boundary, BoundaryShift, boundary_shift
 from demospec.causal._counterfactual import Counterfactual, Without, had_it_not_been_there
 from demospec.causal._document import findings_from_document
-from demospec.causal._documents import findings_from_document
 from demospec.causal._effect_map import EffectMap, effect_map
 from demospec.causal._estimate import estimate
 from demospec.causal._find import editor_for, find_causes, run_trials
