@@ -22,7 +22,7 @@ from demospec.demonstrations._set import DemonstrationSet
 from demospec.demonstrations._simulate import random_paths, simulate_set
 from demospec.demonstrations._simulate_truth import true_clearances
 from demospec.demonstrations._store import pictures_in_memory, read_set, write_set
-from demospec.demonstrations._stream import count_rows, iterate_batches
+from demospec.demonstrations._stream import count_rows, iterate_batches, sample_set
 from demospec.demonstrations._trajectory import (
     MAX_COORDINATE,
     MAX_POINTS,
@@ -59,6 +59,7 @@ __all__ = [
     "random_paths",
     "read_set",
     "resample",
+    "sample_set",
     "simulate_set",
     "true_clearances",
     "write_set",

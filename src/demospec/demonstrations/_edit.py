@@ -18,10 +18,14 @@ import numpy as np
 
 from demospec.demonstrations._set import DemonstrationSet
 from demospec.demonstrations._store import PARQUET, write_set
-from demospec.demonstrations._trajectory import BoolArray, Demonstrations, first_and_last_motion
+from demospec.demonstrations._trajectory import (
+    BoolArray,
+    Demonstrations,
+    first_and_last_motion,
+    joined,
+)
 from demospec.errors import InputError
 from demospec.files import read_json
-from demospec.frames import FloatArray
 from demospec.scene import Capsule, Disc, Footprint, Picture, Polygon, Scene, SceneObject
 
 
@@ -330,25 +334,6 @@ def trim(data: DemonstrationSet) -> DemonstrationSet:
             offsets=np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
             t=None if d.t is None else d.t[keep],
         ),
-    )
-
-
-def joined(parts: Sequence[Demonstrations]) -> Demonstrations:
-    """All demonstrations in a row."""
-    shift = np.cumsum([0, *(len(p.flat) for p in parts)])
-    offsets = [p.offsets[1:] + s for p, s in zip(parts, shift, strict=False)]
-    t: FloatArray | None = None
-    if any(p.t is not None for p in parts):
-        t = np.concatenate([np.full(len(p.flat), np.nan) if p.t is None else p.t for p in parts])
-    return Demonstrations(
-        demo_id=np.concatenate([p.demo_id for p in parts]),
-        scene_id=np.concatenate([p.scene_id for p in parts]),
-        type=np.concatenate([p.type for p in parts]),
-        demonstrator=np.concatenate([p.demonstrator for p in parts]),
-        valid=np.concatenate([p.valid for p in parts]),
-        flat=np.concatenate([p.flat for p in parts]),
-        offsets=np.concatenate([[0], *offsets]).astype(np.int64),
-        t=t,
     )
 
 

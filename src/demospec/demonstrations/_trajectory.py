@@ -224,6 +224,25 @@ class Demonstrations(Sequence[Demonstration]):
         )
 
 
+def joined(parts: Sequence[Demonstrations]) -> Demonstrations:
+    """All demonstrations in a row."""
+    shift = np.cumsum([0, *(len(p.flat) for p in parts)])
+    offsets = [p.offsets[1:] + s for p, s in zip(parts, shift, strict=False)]
+    t: FloatArray | None = None
+    if any(p.t is not None for p in parts):
+        t = np.concatenate([np.full(len(p.flat), np.nan) if p.t is None else p.t for p in parts])
+    return Demonstrations(
+        demo_id=np.concatenate([p.demo_id for p in parts]),
+        scene_id=np.concatenate([p.scene_id for p in parts]),
+        type=np.concatenate([p.type for p in parts]),
+        demonstrator=np.concatenate([p.demonstrator for p in parts]),
+        valid=np.concatenate([p.valid for p in parts]),
+        flat=np.concatenate([p.flat for p in parts]),
+        offsets=np.concatenate([[0], *offsets]).astype(np.int64),
+        t=t,
+    )
+
+
 def _objects(values: Sequence[str | None]) -> NDArray[np.object_]:
     column = np.empty(len(values), dtype=object)
     column[:] = values

@@ -11,7 +11,7 @@ from demospec.specification._identify import Identification, Identified, identif
 from demospec.specification._irl import IrlModel, IrlSettings
 from demospec.specification._models import FittedModel, fit_model, load_model
 from demospec.specification._paper import PaperModel, PaperSettings
-from demospec.specification._predict import Prediction, Predictions, predict
+from demospec.specification._predict import Prediction, Predictions, predict, predict_batches
 from demospec.specification._repair import Repairs, RepairSettings, repair
 from demospec.specification._repair_set import Repaired, RepairedSet, repair_set
 from demospec.specification._sample import Samples, sample_valid
@@ -47,6 +47,7 @@ __all__ = [
     "load_model",
     "plane_bounds",
     "predict",
+    "predict_batches",
     "repair",
     "repair_set",
     "sample_valid",

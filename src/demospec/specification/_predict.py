@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from demospec.demonstrations import DemonstrationSet, ValidityModel, View
+from demospec.demonstrations import (
+    DemonstrationSet,
+    ValidityModel,
+    View,
+    count_rows,
+    iterate_batches,
+)
 from demospec.errors import CannotJudgeError, InputError
 from demospec.progress import Progress, silent
 
@@ -73,6 +80,35 @@ def predict(
                 unknown[type_] = None
             items.append(Prediction(d.demo_id[i], d.scene_id[i], type_, found.get((i, type_))))
     return Predictions(tuple(items), views.unjudged, tuple(unknown))
+
+
+def predict_batches(
+    model: ValidityModel,
+    folder: str | os.PathLike[str],
+    *,
+    rows: int = 100_000,
+    progress: Progress = silent,
+) -> Iterator[Predictions]:
+    """As `predict`, for a set on disk of any size: one `Predictions` for each batch of rows.
+
+    A batch whose scenes cannot be judged has entries with p None; `predict` refuses a set
+    where that is so for every scene, which a batch cannot know.
+    """
+    done, total = 0, count_rows(folder)
+    for batch in iterate_batches(folder, rows=rows):
+        try:
+            yield predict(model, batch)
+        except CannotJudgeError as error:
+            why = f"expected {error.expected}, found {error.found}"
+            d = batch.demonstrations
+            items = [
+                Prediction(d.demo_id[i], d.scene_id[i], t, None)
+                for i in range(len(d))
+                for t in (model.types if d.type[i] is None else (d.type[i],))
+            ]
+            yield Predictions(tuple(items), {s.scene_id: why for s in batch.scenes})
+        done += len(batch.demonstrations)
+        progress("judging demonstrations", done, total)
 
 
 class Views:
