@@ -85,11 +85,14 @@ def analysed(
     """The model's findings beside the truth's, for the same interventions."""
     settings = Settings(seed=seed, hide_lists=hide_lists)
     began = time.process_time()
-    found = estimate(trials_of_set(model, data, split=split, settings=settings), settings)
+    trials = trials_of_set(model, data, split=split, settings=settings)
+    found = estimate(trials, settings)
     run_s = time.process_time() - began
+    hard = estimate(trials, replace(settings, outcome="verdict"))
     plain = replace(settings, hide_lists=False)
     true = estimate(trials_of_set(truth, data, split=split, settings=plain), plain)
-    return compared(found, true) | {"seed": seed, "run_cpu_s": run_s}
+    by_verdict = compared(hard, true)
+    return compared(found, true) | {"seed": seed, "run_cpu_s": run_s, "by_verdict": by_verdict}
 
 
 def compared(found: CausalFindings, true: CausalFindings) -> dict[str, Any]:
@@ -137,11 +140,27 @@ def summary(runs: list[dict[str, Any]]) -> dict[str, Any]:
         "placebo_max": float(placebo.max()),
         "run_cpu_s_median": float(np.median([r["run_cpu_s"] for r in runs])),
         "fit_cpu_s_median": float(np.median([r["fit_cpu_s"] for r in runs])),
+        "outcome_verdict": _verdict_summary(runs),
         "wrong_cells": [
             f"{r['seed']}: {c['type']}/{c['symbol']} {c['effect']:+.3f} (truth "
             f"{c['true_effect']:+.3f})" for r in runs for c in r["cells"] if not c["right"]
         ],
     }  # fmt: skip
+
+
+def _verdict_summary(runs: list[dict[str, Any]]) -> dict[str, float]:
+    """The same interventions, counted by p > ½ instead of by p."""
+    parts = [r["by_verdict"] for r in runs if "by_verdict" in r]
+    if not parts:
+        return {}
+    gaps = [abs(c["effect"] - c["true_effect"]) for p in parts for c in p["cells"]]
+    right = [all(c["right"] for c in p["cells"]) for p in parts]
+    return {
+        "tables_with_all_12_right": float(np.mean(right)),
+        "cells_right": float(np.mean([c["right"] for p in parts for c in p["cells"]])),
+        "effect_error_mean": float(np.mean(gaps)),
+        "effects_within_0.02": float(np.mean([g <= 0.02 for g in gaps])),
+    }
 
 
 def study(name: str, kind: str, repeats: int, *, unseen: bool, hide_lists: bool) -> None:

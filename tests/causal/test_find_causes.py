@@ -113,6 +113,21 @@ def test_small_responses_to_everything_are_no_causes(formula_model, truth, scene
     assert all(c.p_corrected < 0.05 for c in found.effects)
 
 
+def test_verdicts_ignore_doubts_that_flip_nothing(formula_model, scenes) -> None:  # type: ignore[no-untyped-def]
+    """Each object more costs a tenth of probability; only the third flips a verdict."""
+
+    def formula(scene, paths, type_):  # type: ignore[no-untyped-def]
+        return np.full(len(paths), 0.95 - 0.1 * len(scene.objects))
+
+    table = run_trials(formula_model(formula), scenes, ["glass"], settings=QUICK)
+    soft = estimate(table, QUICK)
+    hard = estimate(table, replace(QUICK, outcome="verdict"))
+    assert soft.effects[0].effect == pytest.approx(-0.1)
+    flips = np.mean([len(s.objects) == 4 for s in scenes])
+    assert hard.effects[0].effect == pytest.approx(-flips)
+    assert hard.settings.outcome == "verdict"
+
+
 def test_large_but_uncertain_effects_are_undecided(formula_model, make_scene) -> None:  # type: ignore[no-untyped-def]
     def formula(scene, paths, type_):  # type: ignore[no-untyped-def]
         odd = int(scene.scene_id) % 2

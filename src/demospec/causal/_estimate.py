@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
@@ -32,6 +33,8 @@ def estimate(table: TrialTable, settings: Settings) -> CausalFindings:
     all (type × symbol) cells of one kind of intervention; pairs of types are a family of
     their own. A placebo is not corrected, so that it is the *harder* to pass.
     """
+    if settings.outcome == "verdict":
+        table = verdicts(table)
     notes = list(table.notes)
     adds: list[Key] = [("add", symbol, None) for symbol in table.symbols]
     effects = _family(table, adds, settings) if "add" in settings.interventions else []
@@ -64,6 +67,15 @@ def estimate(table: TrialTable, settings: Settings) -> CausalFindings:
         skipped=dict(table.skipped),
         n_scenes=len(table.scene_ids),
         settings=settings,
+    )
+
+
+def verdicts(table: TrialTable) -> TrialTable:
+    """The table with every probability turned into the verdict p > ½."""
+    return replace(
+        table,
+        before=tuple((b > 0.5).astype(np.float64) for b in table.before),
+        trials=tuple(replace(t, after=(t.after > 0.5).astype(np.float64)) for t in table.trials),
     )
 
 

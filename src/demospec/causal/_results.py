@@ -32,6 +32,9 @@ class Settings:
             None: 8 % of the width.
         hide_lists: The model gets the changed pictures without the changed object lists and
             must see by itself. Off: it gets both, and may use either.
+        outcome: ``probability``: effects on E[p(v)], the paper's. ``verdict``: on the share of
+            paths with p(v) > ½. A model that takes a bowl for a glass with p = 0.2 shifts the
+            first and not the second.
     """
 
     placements: int = 4
@@ -43,6 +46,7 @@ class Settings:
     seed: int = 0
     clear_ends_px: float | None = None
     hide_lists: bool = False
+    outcome: Literal["probability", "verdict"] = "probability"
 
     def __post_init__(self) -> None:
         for name in ("placements", "draws"):
@@ -54,6 +58,8 @@ class Settings:
         for name in ("significance", "level"):
             if not 0.0 < getattr(self, name) < 1.0:
                 raise InputError("a number between 0 and 1", getattr(self, name), field=name)
+        if self.outcome not in ("probability", "verdict"):
+            raise InputError("probability or verdict", self.outcome, field="outcome")
         known = ("add", "remove", "move", "swap")
         for kind in self.interventions:
             if kind not in known:

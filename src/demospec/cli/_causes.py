@@ -63,6 +63,10 @@ def causes(
     hide_lists: Annotated[
         bool, typer.Option("--hide-lists", help="The model sees changed pictures only.")
     ] = False,
+    outcome: Annotated[
+        Literal["probability", "verdict"],
+        typer.Option(help="Effects on E[p(valid)], or on the share with p > 0.5."),
+    ] = "probability",
     seed: Seed = 0,
 ) -> None:
     """Find out which objects matter to which type: add each kind, ask the model again.
@@ -82,6 +86,7 @@ def causes(
         interventions=tuple(_words(interventions) or ()),  # type: ignore[arg-type]
         seed=seed,
         hide_lists=hide_lists,
+        outcome=outcome,
     )
     data = read_set(set_folder)
     fitted = load_model(model)
@@ -132,7 +137,7 @@ def _print(findings: CausalFindings) -> None:
 
     console = Console(highlight=False, width=None if sys.stdout.isatty() else 140)
     grid = Table(
-        title=Text(f"E[p(valid)] over {findings.n_scenes} scenes, and its change"),
+        title=Text(f"{_what(findings)} over {findings.n_scenes} scenes, and its change"),
         box=box.SIMPLE_HEAD,
         title_justify="left",
     )
@@ -160,6 +165,11 @@ def _print(findings: CausalFindings) -> None:
             else f"* causal: corrected p < {findings.settings.significance:g}, change ≥ {least:g}."
         )
     )
+
+
+def _what(findings: CausalFindings) -> str:
+    whole = findings.settings.outcome == "probability"
+    return "E[p(valid)]" if whole else "Share of paths judged valid"
 
 
 def _cell(cell: SymbolEffect) -> Any:
