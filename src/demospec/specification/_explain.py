@@ -162,17 +162,22 @@ def _nearest(view: View, place: FloatArray) -> tuple[SceneObject | None, float |
 def _away(
     item: SceneObject | None, place: FloatArray, slope: FloatArray, points: FloatArray, at: int
 ) -> FloatArray:
-    """Unit vector away from the object: up its distance, else up the logit, else sideways."""
+    """Unit vector across the path, away from the object: up its distance, else up the logit.
+
+    Across, because a push along the path moves it nowhere.
+    """
     direction = slope
     if item is not None:
         nudge = 1e-3 * np.eye(2)
         shape = item.outline
         direction = shape.signed_distance(place + nudge) - shape.signed_distance(place - nudge)
-    if float(np.linalg.norm(direction)) < 1e-12:
-        along = points[min(at + 1, len(points) - 1)] - points[max(at - 1, 0)]
-        direction = np.array([-along[1], along[0]])
-    norm = float(np.linalg.norm(direction))
-    return np.asarray(direction / norm) if norm > 0 else np.array([0.0, 1.0])
+    along = points[min(at + 1, len(points) - 1)] - points[max(at - 1, 0)]
+    across = np.array([-along[1], along[0]])
+    norm = float(np.linalg.norm(across))
+    if norm < 1e-12:  # a path that stands still has no sides
+        across, norm = np.asarray(direction), float(np.linalg.norm(direction))
+    unit = across / norm if norm > 1e-12 else np.array([0.0, 1.0])
+    return np.asarray(unit if float(unit @ direction) >= 0 else -unit)
 
 
 def _pushed(points: FloatArray, at: int, push: FloatArray) -> FloatArray:
