@@ -19,7 +19,7 @@ def fit(
     out: OutFolder,
     model: Annotated[
         str, typer.Option("--model", help="field, paper or irl.", metavar="KIND")
-    ] = "paper",
+    ] = "field",
     split: Annotated[
         str,
         typer.Option("--split", help="Fit on the scenes of this split (where the set has it)."),
@@ -31,8 +31,8 @@ def fit(
 ) -> None:
     """Fit a specification model to the labelled demonstrations of a set's training scenes.
 
-    Settings of paper: ablation (full, autoencoder, classifier), alpha, beta, gamma, steps,
-    learning_rate, order. Settings of irl: steps, l2, grid.
+    Settings of field: fine_tune, use_lists. Settings of paper: ablation (full, autoencoder,
+    classifier), alpha, beta, gamma, steps, learning_rate, order. Settings of irl: l2, grid.
     """
     from demospec.cli._common import say
     from demospec.demonstrations import read_set

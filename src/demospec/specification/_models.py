@@ -30,7 +30,7 @@ class FittedModel(Protocol):
 
 def fit_model(
     data: DemonstrationSet,
-    model: str = "paper",
+    model: str = "field",
     *,
     seed: int = 0,
     progress: Progress = silent,
@@ -43,7 +43,7 @@ def fit_model(
         model: ``field`` (ours), ``paper`` or ``irl``.
         seed: Same seed, same weights.
         progress: Told the steps.
-        settings: Of `PaperSettings` or `IrlSettings`, or keywords of `FieldModel.fit`.
+        settings: Of `FieldSettings`, `PaperSettings` or `IrlSettings`, by name.
 
     Raises:
         InputError: Unknown model or setting, no labelled demonstrations, no pictures.
