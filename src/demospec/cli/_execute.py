@@ -4,12 +4,18 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from demospec.cli._common import Force, Json, Seed, SetFolder, print_json, print_table, say
 from demospec.cli._plan import Envelope, Planner, RulesPath, SceneId, Type
+from demospec.errors import DemospecError
+
+if TYPE_CHECKING:
+    from demospec.execution import Rollout
+    from demospec.planning import Plan
+    from demospec.scene import Scene
 
 
 def execute(
@@ -17,22 +23,37 @@ def execute(
     set_folder: SetFolder,
     scene: SceneId,
     type: Type = None,
-    robot: Annotated[str, typer.Option(help="gantry.")] = "gantry",
+    robot: Annotated[str, typer.Option(help="pr2, panda, or gantry (no arm).")] = "pr2",
+    carried: Annotated[str, typer.Option(help="shaker, or drill.")] = "shaker",
     envelope: Envelope = "upper",
     planner: Planner = "grid",
+    allowance: Annotated[
+        float, typer.Option(help="Keep this many units more, for the tracking error.")
+    ] = 0.5,
+    truth: Annotated[
+        Path | None, typer.Option(help="Judge the executed path by this rule file instead.")
+    ] = None,
+    video: Annotated[str, typer.Option(help="gif, mp4, or none (with --out).")] = "gif",
     out: Annotated[Path | None, typer.Option("--out", help="Folder to make.")] = None,
     force: Force = False,
     json: Json = False,
     seed: Seed = 0,
 ) -> None:
-    """Plan in one scene and let a simulated robot carry the plan out."""
+    """Plan in one scene and let a simulated robot carry the plan out.
+
+    With --out: rollout.json, plan.json, a video and a strip of pictures. A plan that the arm
+    cannot follow is named before anything moves.
+    """
     from demospec.demonstrations import read_set
+    from demospec.errors import InputError
     from demospec.execution import execute_plan
-    from demospec.files import to_json, writing_folder
     from demospec.planning import plan_path, read_plannable
 
+    if video not in ("gif", "mp4", "none"):
+        raise InputError("gif, mp4 or none", video, field="video")
     data = read_set(set_folder)
     known = replace(read_plannable(rules), metres_per_unit=data.metres_per_unit)
+    judge = known if truth is None else read_plannable(truth)
     where = data.scene(scene)
     plan = plan_path(
         known,
@@ -40,18 +61,36 @@ def execute(
         type,
         envelope,  # type: ignore[arg-type]  # checked by plan_path
         planner=planner,
+        allowance=allowance,
         seed=seed,
     )
-    rollout = execute_plan(plan, where, known, robot=robot)
+    rollout = execute_plan(plan, where, judge, robot=robot, carried=carried)
     document = rollout.to_json()
     if out is not None:
-        with writing_folder(out, replace=force) as folder:
-            (folder / "rollout.json").write_text(to_json(document) + "\n", encoding="utf-8")
-        say(f"wrote {out}")
+        _write(out, plan, rollout, where, "" if video == "none" else video, force)
     if json:
         print_json(document)
     else:
         _show(document)
+
+
+def _write(out: Path, plan: Plan, rollout: Rollout, scene: Scene, video: str, force: bool) -> None:
+    from demospec.errors import MissingExtraError
+    from demospec.execution import save_strip, save_video
+    from demospec.files import to_json, writing_folder
+
+    with writing_folder(out, replace=force) as folder:
+        for name, document in (("rollout", rollout.to_json()), ("plan", plan.to_json())):
+            (folder / f"{name}.json").write_text(to_json(document) + "\n", encoding="utf-8")
+        if video and rollout.status == "done":
+            try:
+                save_strip(rollout, plan, scene, folder / "strip.png")
+                save_video(rollout, plan, scene, folder / f"rollout.{video}")
+            except MissingExtraError:
+                raise
+            except DemospecError as error:  # no EGL: the numbers are worth keeping
+                say(str(error))
+    say(f"wrote {out}")
 
 
 def _show(document: dict[str, Any]) -> None:

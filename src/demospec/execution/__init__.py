@@ -5,14 +5,20 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from demospec.execution._results import Contact, Rollout
+from demospec.execution._results import Contact, Motion, Rollout
 
 if TYPE_CHECKING:
     from demospec.execution._execute import ROBOTS, execute_plan
+    from demospec.execution._video import save_strip, save_video
 
-__all__ = ["ROBOTS", "Contact", "Rollout", "execute_plan"]
+__all__ = ["ROBOTS", "Contact", "Motion", "Rollout", "execute_plan", "save_strip", "save_video"]
 
-_HOME = {"ROBOTS": "_execute", "execute_plan": "_execute"}
+_HOME = {
+    "ROBOTS": "_execute",
+    "execute_plan": "_execute",
+    "save_strip": "_video",
+    "save_video": "_video",
+}
 
 
 def __getattr__(name: str) -> Any:

@@ -3,23 +3,29 @@
 from __future__ import annotations
 
 import importlib
+import os
+from typing import Literal
 
 import numpy as np
 
 from demospec.errors import InputError, MissingExtraError
 from demospec.execution._monitor import Monitor
-from demospec.execution._results import Rollout
-from demospec.execution._table import Placement, add_table, object_height_m
+from demospec.execution._results import Motion, Rollout
+from demospec.execution._robots import ARMS, RobotArm
+from demospec.execution._table import Placement, object_height_m
 from demospec.execution._timing import time_path
 from demospec.frames import FloatArray, PixelFrame
 from demospec.planning import Envelope, Plan, PlanCheck, check_plan
 from demospec.rules import RuleSet
 from demospec.scene import Scene
 
-ROBOTS = ("gantry",)
+ROBOTS = ("pr2", "panda", "gantry")
+"""``pr2`` is the paper's; ``gantry`` is a body on two slides, for a quick look."""
 
-SHAKER_RADIUS_M, SHAKER_HALF_M = 0.015, 0.05
-"""The pepper shaker: a cylinder 3 cm wide and 10 cm high."""
+CARRIED = {"shaker": (0.015, 0.05), "drill": (0.03, 0.09)}
+"""What is carried: radius and half height of an upright cylinder around it, metres."""
+
+SPEED_M_S = 0.12
 
 _LIFT_M = 0.02
 """Air between the carried body and the table, or the tallest thing that it passes over."""
@@ -32,8 +38,10 @@ def execute_plan(
     scene: Scene,
     rules: RuleSet,
     *,
-    robot: str = "gantry",
+    robot: str = "pr2",
+    carried: str = "shaker",
     envelope: Envelope = "value",
+    speed_m_s: float = SPEED_M_S,
 ) -> Rollout:
     """Carry out a plan and judge the path that was really executed.
 
@@ -42,32 +50,49 @@ def execute_plan(
         scene: Must have a scale and list its objects.
         rules: Judge the executed path (learned, or the truth).
         robot: One of `ROBOTS`.
+        carried: One of `CARRIED`: the pepper shaker of the tabletop, the drill of the workbench.
         envelope: End of the intervals to judge by.
+        speed_m_s: Cruising speed of the carried body.
+
+    Returns:
+        What happened; a plan that the arm cannot follow is named before anything moves.
 
     Raises:
         InputError: No metres per unit; unknown robot.
-        MissingExtraError: MuJoCo is not installed.
+        MissingExtraError: MuJoCo, mink or the robot's description is not installed.
     """
     if robot not in ROBOTS:
         raise InputError(f"one of {', '.join(ROBOTS)}", robot, field="robot")
+    if carried not in CARRIED:
+        raise InputError(f"one of {', '.join(CARRIED)}", carried, field="carried")
+    if not (np.isfinite(speed_m_s) and speed_m_s > 0):
+        raise InputError("a speed > 0 (m/s)", speed_m_s, field="speed")
     _need("mujoco", "executing a plan")
     if not plan.found:
-        return _nothing(plan, robot, "no plan", plan.reason)
-    place, size_px = _placement(plan, scene)
-    lift = carry_height_m(plan.points, scene, place.frame)
-    path = place.to_world(plan.points, lift + SHAKER_HALF_M)
-    t, commanded, executed, monitor = _simulate_gantry(scene, place, size_px, path)
-    pixels = place.to_pixels(executed)
+        return _nothing(plan, robot, carried, "no plan", plan.reason)
+    arm, size = ARMS.get(robot), CARRIED[carried]
+    place, size_px = table_placement(plan, scene, arm)
+    if arm is None:
+        lift = carry_height_m(plan.points, scene, place.frame, size[0])
+        path = place.to_world(plan.points, lift + size[1])
+        motion, monitor = _simulate_gantry(scene, place, size_px, path, size, speed_m_s)
+    else:
+        _need("mink", "executing a plan with an arm")
+        lift = _LIFT_M + max([0.0, *(object_height_m(o) for o in scene.objects or ())])
+        path = place.to_world(plan.points, lift + size[1])
+        reason, motion, monitor = _simulate_arm(arm, scene, place, size_px, path, size, speed_m_s)
+        if reason:
+            return _nothing(plan, robot, carried, "unreachable", reason)
+    pixels = place.to_pixels(motion.executed_m)
     return Rollout(
         scene_id=scene.scene_id,
         type=plan.type,
         robot=robot,
+        carried=carried,
         status="done",
         reason="",
-        reached=bool(np.linalg.norm(executed[-1] - path[-1]) <= _REACHED_M),
-        t=t,
-        commanded_m=commanded,
-        executed_m=executed,
+        reached=bool(np.linalg.norm(motion.executed_m[-1] - path[-1]) <= _REACHED_M),
+        motion=motion,
         executed=pixels,
         clearance_m=dict(monitor.clearance_m),
         contacts=monitor.found,
@@ -75,15 +100,16 @@ def execute_plan(
     )
 
 
-def carry_height_m(points: FloatArray, scene: Scene, frame: PixelFrame) -> float:
-    """How high the carried body's foot is above the table: over whatever the path crosses.
+def carry_height_m(points: FloatArray, scene: Scene, frame: PixelFrame, radius_m: float) -> float:
+    """How high a free body's foot is above the table: over whatever the path crosses.
 
-    A type that does not mind an object is passed over it, not through it.
+    A type that does not mind an object is passed over it, not through it. (An arm reaches over
+    the table and so carries above everything.)
     """
     under = [0.0]
     for item in scene.objects or ():
         gap = float(item.outline.signed_distance(_dense(points)).min())
-        if frame.length_to_metres(gap) < SHAKER_RADIUS_M + _LIFT_M:
+        if frame.length_to_metres(gap) < radius_m + _LIFT_M:
             under.append(object_height_m(item))
     return max(under) + _LIFT_M
 
@@ -94,7 +120,10 @@ def _dense(points: FloatArray) -> FloatArray:
     return densify(points, 0.5)
 
 
-def _placement(plan: Plan, scene: Scene) -> tuple[Placement, tuple[int, int]]:
+def table_placement(
+    plan: Plan, scene: Scene, arm: RobotArm | None
+) -> tuple[Placement, tuple[int, int]]:
+    """Where the table stands, and its size in pixels."""
     if scene.size_px is not None:
         size = scene.size_px
     else:
@@ -103,48 +132,94 @@ def _placement(plan: Plan, scene: Scene) -> tuple[Placement, tuple[int, int]]:
         size = (int(wide), int(high))
     frame = PixelFrame(float(size[1]), plan.metres_per_unit)
     width = frame.length_to_metres(float(size[0]))
-    return Placement(frame, (0.4, width / 2, 0.7)), size
+    if arm is None:
+        return Placement(frame, (0.4, width / 2, 0.7)), size
+    options = [Placement(frame, corner, yaw) for corner, yaw in arm.stands]
+
+    def reach(option: Placement) -> float:
+        offset = option.to_world(plan.points)[:, :2] - np.asarray(arm.shoulder_m)
+        return float(np.hypot(*offset.T).max())
+
+    return min(options, key=reach), size
+
+
+def _simulate_arm(
+    arm: RobotArm,
+    scene: Scene,
+    place: Placement,
+    size_px: tuple[int, int],
+    path: FloatArray,
+    size: tuple[float, float],
+    speed_m_s: float,
+) -> tuple[str, Motion, Monitor]:
+    """Why the path is out of reach (or ""), the motion, and what the monitor saw."""
+    from demospec.execution._track import PERIOD_S, drive, solve_motion
+    from demospec.execution._world import build_world
+
+    world = build_world(arm, scene, place, size_px, *size)
+    monitor = Monitor(world.model, world.moving)
+    _, commanded = time_path(path, PERIOD_S, speed_m_s)
+    solved = solve_motion(world, arm, commanded)
+    if solved.reason:
+        return solved.reason, Motion.none(), monitor
+    t, executed, joints = drive(world, solved, monitor)
+    still = np.repeat(commanded[-1:], len(t) - len(commanded), axis=0)
+    return "", Motion(t, np.concatenate([commanded, still]), executed, joints), monitor
 
 
 def _simulate_gantry(
-    scene: Scene, place: Placement, size_px: tuple[int, int], path: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray, Monitor]:
+    scene: Scene,
+    place: Placement,
+    size_px: tuple[int, int],
+    path: FloatArray,
+    size: tuple[float, float],
+    speed_m_s: float,
+) -> tuple[Motion, Monitor]:
     import mujoco
 
-    from demospec.execution._gantry import add_gantry, follow
+    from demospec.execution._gantry import follow
+    from demospec.execution._world import STEP_S, build_gantry_world
 
-    spec = mujoco.MjSpec()
-    spec.option.timestep = 0.002
-    add_table(spec, scene, place, size_px)
-    add_gantry(spec, path[0], SHAKER_RADIUS_M, SHAKER_HALF_M)
-    model = spec.compile()
+    world = build_gantry_world(scene, place, size_px, path[0], *size)
+    model = world.model
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    body = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, "carried")
-    moving = [g for g in range(model.ngeom) if model.geom_bodyid[g] == body]
-    monitor = Monitor(model, moving, moving)
-    t, commanded = time_path(path, spec.option.timestep)
+    monitor = Monitor(model, world.moving)
+    t, commanded = time_path(path, STEP_S, speed_m_s)
     velocity = np.gradient(commanded, t, axis=0) if len(t) > 1 else np.zeros_like(commanded)
-    executed = np.empty_like(commanded)
+    executed, joints = np.empty_like(commanded), np.empty((len(t), 2))
     for i in range(len(t)):
-        executed[i] = data.xpos[body]
+        executed[i], joints[i] = data.xpos[world.carried], data.qpos
         if i % 5 == 0:
             monitor.clearances(data)
         follow(model, data, commanded[i, :2] - path[0, :2], velocity[i, :2])
         mujoco.mj_step(model, data)
         monitor.contacts(data)
-    return t[::5], commanded[::5], executed[::5], monitor
+    return Motion(t[::5], commanded[::5], executed[::5], joints[::5]), monitor
 
 
-def _nothing(plan: Plan, robot: str, status: str, reason: str) -> Rollout:
-    empty = np.empty((0, 3))
+def _nothing(
+    plan: Plan, robot: str, carried: str, status: Literal["unreachable", "no plan"], reason: str
+) -> Rollout:
     return Rollout(
-        plan.scene_id, plan.type, robot, status, reason, False, np.empty(0), empty, empty,  # type: ignore[arg-type]
-        np.empty((0, 2)), {}, (), PlanCheck(False, float("nan"), {}),
-    )  # fmt: skip
+        scene_id=plan.scene_id,
+        type=plan.type,
+        robot=robot,
+        carried=carried,
+        status=status,
+        reason=reason,
+        reached=False,
+        motion=Motion.none(),
+        executed=np.empty((0, 2)),
+        clearance_m={},
+        contacts=(),
+        check=PlanCheck(False, float("nan"), {}),
+    )
 
 
 def _need(library: str, what: str) -> None:
+    # Pictures are drawn without a screen; MuJoCo reads this once, when it is first imported.
+    os.environ.setdefault("MUJOCO_GL", "egl")
     try:
         importlib.import_module(library)
     except ImportError as error:

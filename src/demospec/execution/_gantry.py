@@ -27,7 +27,7 @@ def add_gantry(spec: mujoco.MjSpec, start_m: FloatArray, radius_m: float, half_m
         type=mujoco.mjtGeom.mjGEOM_CYLINDER,
         size=[radius_m, half_m, 0.0],
         mass=0.3,
-        rgba=[0.1, 0.1, 0.1, 1.0],
+        rgba=[0.84, 0.37, 0.0, 1.0],
     )
 
 

@@ -20,14 +20,13 @@ class Monitor:
     Args:
         model: Bodies named ``object/ID`` are the objects; body ``table`` is the table.
         moving: Ids of the geoms that the robot moves.
-        carried: Ids of those that belong to the carried body.
     """
 
-    def __init__(self, model: mujoco.MjModel, moving: list[int], carried: list[int]) -> None:
+    def __init__(self, model: mujoco.MjModel, moving: list[int]) -> None:
         import mujoco
 
         self.model = model
-        self.moving, self.carried = moving, carried
+        self.moving = moving
         self.objects: dict[str, list[int]] = {}
         for geom in range(model.ngeom):
             name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_BODY, int(model.geom_bodyid[geom]))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
@@ -26,37 +26,25 @@ class Contact:
 
 
 @dataclass(frozen=True)
-class Rollout:
-    """One plan, carried out by one robot in simulation.
+class Motion:
+    """What was asked for and what was done, at equal times.
 
     Args:
-        scene_id, type, robot: What was carried out, by whom.
-        status: ``done``; ``unreachable`` (named before moving); ``no plan``.
-        reason: Why it was not carried out, in words.
-        reached: The carried body ended within 5 mm of the goal.
         t: Seconds, (n,).
         commanded_m: (n, 3), world frame, where the carried body should be at `t`.
         executed_m: (n, 3), world frame, where the simulation had it.
-        executed: (n, 2), set units (pixels): the executed path in the scene's frame.
-        clearance_m: Object id → smallest 3-D distance of anything the robot moves to it.
-        contacts: Of anything the robot moves with objects, table or itself.
-        check: Verdict of the rule on `executed`.
+        joints: (n, k), radians; for the gantry its two slides, metres.
     """
 
-    scene_id: str
-    type: str
-    robot: str
-    status: Literal["done", "unreachable", "no plan"]
-    reason: str
-    reached: bool
     t: FloatArray
     commanded_m: FloatArray
     executed_m: FloatArray
-    executed: FloatArray
-    clearance_m: Mapping[str, float]
-    contacts: tuple[Contact, ...]
-    check: PlanCheck
-    joints: FloatArray = field(default_factory=lambda: np.empty((0, 0)))
+    joints: FloatArray
+
+    @classmethod
+    def none(cls) -> Motion:
+        """Nothing moved."""
+        return cls(np.empty(0), np.empty((0, 3)), np.empty((0, 3)), np.empty((0, 0)))
 
     @property
     def error_m(self) -> FloatArray:
@@ -67,6 +55,36 @@ class Rollout:
     def rms_m(self) -> float:
         """Root mean square of `error_m`; NaN without motion."""
         return float(np.sqrt((self.error_m**2).mean())) if len(self.t) else float("nan")
+
+
+@dataclass(frozen=True)
+class Rollout:
+    """One plan, carried out by one robot in simulation.
+
+    Args:
+        scene_id, type, robot, carried: What was carried out, by whom, with what in hand.
+        status: ``done``; ``unreachable`` (named before moving); ``no plan``.
+        reason: Why it was not carried out, in words.
+        reached: The carried body ended within 5 mm of the goal.
+        motion: What was commanded and executed; empty where nothing moved.
+        executed: (n, 2), set units (pixels): the executed path in the scene's frame.
+        clearance_m: Object id → smallest 3-D distance of anything the robot moves to it.
+        contacts: Of anything the robot moves with objects, table or itself.
+        check: Verdict of the rule on `executed`.
+    """
+
+    scene_id: str
+    type: str
+    robot: str
+    carried: str
+    status: Literal["done", "unreachable", "no plan"]
+    reason: str
+    reached: bool
+    motion: Motion
+    executed: FloatArray
+    clearance_m: Mapping[str, float]
+    contacts: tuple[Contact, ...]
+    check: PlanCheck
 
     @property
     def keeps_rule(self) -> bool:
@@ -80,20 +98,21 @@ class Rollout:
             "scene_id": self.scene_id,
             "type": self.type,
             "robot": self.robot,
+            "carried": self.carried,
             "status": self.status,
             "reason": self.reason,
             "reached": self.reached,
-            "seconds": float(self.t[-1]) if done else None,
+            "seconds": float(self.motion.t[-1]) if done else None,
             "tracking_error_m": {
-                "rms": self.rms_m if done else None,
-                "max": float(self.error_m.max()) if done else None,
+                "rms": self.motion.rms_m if done else None,
+                "max": float(self.motion.error_m.max()) if done else None,
             },
             "clearance_m": dict(self.clearance_m),
             "contacts": [c.to_json() for c in self.contacts],
             "keeps_rule": self.keeps_rule if done else None,
             "check": self.check.to_json() if done else None,
-            "t": self.t.tolist(),
-            "commanded_m": self.commanded_m.tolist(),
-            "executed_m": self.executed_m.tolist(),
+            "t": self.motion.t.tolist(),
+            "commanded_m": self.motion.commanded_m.tolist(),
+            "executed_m": self.motion.executed_m.tolist(),
             "executed": self.executed.tolist(),
         }

@@ -37,22 +37,29 @@ class Placement:
     Args:
         frame: The scene's pixel frame.
         near_left_m: World (x, y, z) of the picture's bottom-left corner, on the table top.
+        yaw: Turn of the table about the vertical, radians; 0 as above.
     """
 
     frame: PixelFrame
     near_left_m: tuple[float, float, float]
+    yaw: float = 0.0
+
+    @property
+    def axes(self) -> FloatArray:
+        """(2, 2): rows are picture right and picture up as world directions (x, y)."""
+        cos, sin = np.cos(self.yaw), np.sin(self.yaw)
+        return np.array([[sin, -cos], [cos, sin]])
 
     def to_world(self, points_px: FloatArray, height_m: float = 0.0) -> FloatArray:
         """(n, 2) pixels → (n, 3) world metres, `height_m` over the table top."""
         table = self.frame.to_metres(np.asarray(points_px, dtype=np.float64)[:, :2])
-        x0, y0, z0 = self.near_left_m
-        up = np.full(len(table), z0 + height_m)
-        return np.stack([x0 + table[:, 1], y0 - table[:, 0], up], axis=1)
+        flat = np.asarray(self.near_left_m[:2]) + table @ self.axes
+        up = np.full(len(table), self.near_left_m[2] + height_m)
+        return np.column_stack([flat, up])
 
     def to_pixels(self, world_m: FloatArray) -> FloatArray:
         """(n, 3) world metres → (n, 2) pixels; the height is dropped."""
-        x0, y0, _ = self.near_left_m
-        table = np.stack([y0 - world_m[:, 1], world_m[:, 0] - x0], axis=1)
+        table = (world_m[:, :2] - np.asarray(self.near_left_m[:2])) @ self.axes.T
         return self.frame.to_pixels(table)
 
 
@@ -71,14 +78,18 @@ def add_table(
     """
     import mujoco
 
-    corners = place.to_world(np.array([[0.0, 0.0], [size_px[0], size_px[1]]]))
-    low, high = corners.min(axis=0), corners.max(axis=0)
-    middle, half = (low + high) / 2, (high - low) / 2
-    table = spec.worldbody.add_body(name="table", pos=[middle[0], middle[1], middle[2] - 0.02])
+    width, height = size_px
+    middle = place.to_world(np.array([[width / 2, height / 2]]))[0]
+    half = [place.frame.length_to_metres(v) / 2 for v in (height, width)]
+    table = spec.worldbody.add_body(
+        name="table",
+        pos=middle - np.array([0.0, 0.0, 0.02]),
+        quat=[np.cos(place.yaw / 2), 0.0, 0.0, np.sin(place.yaw / 2)],
+    )
     table.add_geom(
         name="table",
         type=mujoco.mjtGeom.mjGEOM_BOX,
-        size=[half[0] + 0.03, half[1] + 0.03, 0.02],
+        size=[half[0], half[1], 0.02],
         rgba=[0.62, 0.47, 0.32, 1.0],
     )
     symbols = sorted({o.symbol for o in scene.objects or ()})
