@@ -18,6 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
+from demospec.demonstrations import bezier_points
 from demospec.rules import (
     Bounds,
     RuleObject,
@@ -27,7 +28,7 @@ from demospec.rules import (
     evaluate_rule,
     next_query,
 )
-from demospec.rules._query_sets import weighed_sets
+from demospec.rules._query_sets import paths_as_steps, verdicts, weighed_sets
 
 TARGET = 1000
 
@@ -66,6 +67,26 @@ def questions_until(seed: int, random: bool, most: int) -> tuple[int, float]:
         if (query.if_valid if label else query.if_invalid) <= TARGET:
             return asked, (time.process_time() - began) / asked
     return most + 1, (time.process_time() - began) / most
+
+
+def random_demonstrations(seed: int, most: int) -> int:
+    """Demonstrations as people give them unasked, until at most `TARGET` sets are left.
+
+    Order-2 curves across the table between random places on its rim, 60 points each.
+    """
+    rng = np.random.default_rng(seed)
+    problem, T_min, truth = world(rng, 2)
+    left = weighed_sets(problem, 0.0, seed).sets
+    for asked in range(1, most + 1):
+        turn = rng.uniform(0, 2 * np.pi, 2)
+        ends = 100 + 140 * np.column_stack([np.cos(turn), np.sin(turn)])
+        points = bezier_points(ends[0], ends[1], rng.uniform(-40, 240, (1, 2)), 60).round(1)
+        steps, ((block, row),) = paths_as_steps(problem, [(0, points)])
+        truly = verdicts(steps, block, row, np.array([[T_min, truth["o0"], truth["o1"]]]))[0]
+        left = left[verdicts(steps, block, row, left) == truly]
+        if len(left) <= TARGET:
+            return asked
+    return most + 1
 
 
 def five_objects(seed: int, questions: int, random: bool) -> tuple[float, float]:
@@ -112,6 +133,8 @@ def main() -> None:
     asked = [questions_until(s, False, 60) for s in seeds]
     print("two objects, questions to <= 1000 of 10^6:", [a for a, _ in asked], flush=True)
     chance = [questions_until(s, True, args.random_most) for s in seeds]
+    unasked = [random_demonstrations(s, 2000) for s in seeds]
+    print("random demonstrations:", unasked, flush=True)
     print("random probes:", [a for a, _ in chance], flush=True)
     erring = [erring_teacher(s, 30) for s in range(max(args.worlds // 2, 1))]
     five = [five_objects(s, 20, False) for s in range(max(args.worlds // 4, 1))]
@@ -126,12 +149,12 @@ def main() -> None:
             "questions": [a for a, _ in asked],
             "median": float(np.median([a for a, _ in asked])),
             "cpu_s_per_question": float(np.mean([t for _, t in asked])),
-            "random_questions": [a for a, _ in chance],
-            "random_median": float(np.median([a for a, _ in chance])),
-            "random_stopped_at": args.random_most,
-            "ratio_of_medians": float(
-                np.median([a for a, _ in chance]) / np.median([a for a, _ in asked])
-            ),
+            "random_demonstrations": unasked,
+            "random_demonstrations_median": float(np.median(unasked)),
+            "ratio_of_medians": float(np.median(unasked) / np.median([a for a, _ in asked])),
+            "random_probes": [a for a, _ in chance],
+            "random_probes_median": float(np.median([a for a, _ in chance])),
+            "random_probes_stopped_at": args.random_most,
         },
         "teacher_errs_5_percent_30_questions": {
             "posterior_mass_within_5_of_truth": [round(m, 3) for m, _, _ in erring],

@@ -135,7 +135,7 @@ def fit_clearance(
         sharing: One clearance for all classes that matter (`shared`), one each (`separate`),
             or both weighed by their evidence (`average`).
         floor: Smallest clearance of a class that matters; 0 means not to overlap.
-        reach: Largest clearance thought possible; by default the largest finite distance.
+        reach: Largest clearance thought possible; by default just beyond the largest distance.
         unit: Size of a hundredth of the table in set units: the scale of distance errors.
         distance: What the distances were measured to; goes into the rule.
 
@@ -145,7 +145,8 @@ def fit_clearance(
     d, ok, names = _checked(nearest, valid, symbols)
     finite = d[np.isfinite(d)]
     top = float(finite.max(initial=floor)) if reach is None else float(reach)
-    top = max(top, floor + unit)
+    # Beyond the largest distance, so that a rejection there can still be explained.
+    top = max(top, floor) + SPREAD * unit if reach is None else max(top, floor + unit)
     table = log_label_evidence(len(ok))
     spread = (SPREAD if distance == "footprint" else SPREAD_FROM_CENTER) * unit
     prior = ClearancePrior(floor, top, spread)

@@ -58,7 +58,6 @@ def likely_subsets(
         members = np.zeros((len(inner), count), dtype=bool)
         members[:, present] = inner
         return members, True
-    shares = prior.share(nearest)
     scores: dict[bytes, float] = {}
     found: dict[bytes, BoolArray] = {}
 
@@ -67,7 +66,8 @@ def likely_subsets(
         if not fresh:
             return
         stacked = np.stack(list(fresh.values()))
-        mass, _, _ = shared_evidence(nearest_of(stacked, shares), valid, table)
+        near = prior.share(nearest_of(stacked, nearest))
+        mass, _, _ = shared_evidence(near, valid, table)
         for name, row, values in zip(fresh, stacked, mass, strict=True):
             found[name] = row
             scores[name] = log_sum(values) + log_inclusion * int(row.sum())
