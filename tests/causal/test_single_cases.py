@@ -143,3 +143,33 @@ def test_agreement_counts_and_names_what_differs(truth, scenes) -> None:  # type
     assert "normal/plate: no demonstration informs the rule" in differ.open
     assert any("7.5 px" in d.why for d in differ.disagreements)
     assert differ.to_json()["score"] == differ.score
+
+
+def test_single_cases_are_drawn(truth, tmp_path) -> None:  # type: ignore[no-untyped-def]
+    import PIL.Image
+
+    from demospec.report import (
+        draw_boundary_shift,
+        draw_counterfactual,
+        draw_effect_map,
+        save_figure,
+    )
+
+    scene = table_with(cup=("glass", 50.0, 50.0), a=("bowl", 4.0, 4.0), b=("bowl", 96.0, 96.0))
+    bare = scene.with_changes(objects=scene.listed_objects()[1:], picture=None)
+    case = had_it_not_been_there(truth, scene, STRAIGHT, "careful")
+    figures = {
+        "map": draw_effect_map(
+            effect_map(truth, scene, "glass", "normal", grid=5, draws=10), scene
+        ),
+        "boundary": draw_boundary_shift(
+            boundary_shift(truth.see(bare), truth.see(scene), "careful", grid=11), scene
+        ),
+        "case": draw_counterfactual(case, scene, STRAIGHT),
+    }
+    for name, figure in figures.items():
+        save_figure(figure, tmp_path / f"{name}.png")
+        with PIL.Image.open(tmp_path / f"{name}.png") as picture:
+            assert len(set(np.asarray(picture.convert("L")).ravel().tolist())) > 20
+    text = " ".join(t.get_text() for t in figures["case"].axes[0].texts)
+    assert "without cup: p = 1.00" in text

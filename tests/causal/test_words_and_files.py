@@ -143,12 +143,14 @@ def test_command_prints_the_table_for_people(capsys, simulated_folder) -> None: 
     status, out, err = run(
         capsys, "causes", truth, str(simulated_folder), "--placements", "2", "--draws", "40",
         "--interventions", "add,remove", "--split", "train", "--symbols", "glass,bowl",
+        "--rules", truth,
     )  # fmt: skip
     assert status == 0
     assert "E[p(valid)] over 9 scenes" in out
     for word in ("+ glass", "+ bowl", "placebo", "careful", ")*", "removing a glass"):
         assert word in out
     assert "+ plate" not in out
+    assert "model and rules agree on 100 % of 6 cells" in out
     assert "Traceback" not in err
 
 

@@ -63,6 +63,10 @@ def causes(
     hide_lists: Annotated[
         bool, typer.Option("--hide-lists", help="The model sees changed pictures only.")
     ] = False,
+    rules: Annotated[
+        str | None,
+        typer.Option(help="Compare with these rules: a rule file, or the word learn."),
+    ] = None,
     outcome: Annotated[
         Literal["probability", "verdict"],
         typer.Option(help="Effects on E[p(valid)], or on the share with p > 0.5."),
@@ -105,6 +109,12 @@ def causes(
         )
     findings = estimate(trials, settings)
     document = findings.to_json()
+    if rules is not None:
+        from demospec.causal import agreement
+        from demospec.rules import learn_rules, read_rules
+
+        said = agreement(findings, learn_rules(data) if rules == "learn" else read_rules(rules))
+        document["agreement"] = said.to_json()
     save_json(document, out)
     if table is not None:
         write_trials(trials, table)
@@ -120,6 +130,8 @@ def causes(
         print_json(document)
     else:
         _print(findings)
+        if "agreement" in document:
+            _print_agreement(document["agreement"])
 
 
 def _words(text: str | None) -> list[str] | None:
@@ -165,6 +177,19 @@ def _print(findings: CausalFindings) -> None:
             else f"* causal: corrected p < {findings.settings.significance:g}, change ≥ {least:g}."
         )
     )
+
+
+def _print_agreement(document: dict[str, Any]) -> None:
+    """Model against rules: the score and every disagreement."""
+    if document["score"] is None:
+        typer.echo("model and rules: nothing to compare")
+    else:
+        share = f"{100 * document['score']:.0f} % of {document['n_cells']} cells"
+        typer.echo(f"model and rules agree on {share}")
+    for cell in document["disagreements"]:
+        typer.echo(f"  {cell['type']}/{cell['symbol']}: {cell['why']}")
+    for line in document["open"]:
+        typer.echo(f"  not compared: {line}")
 
 
 def _what(findings: CausalFindings) -> str:

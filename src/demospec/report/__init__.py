@@ -12,6 +12,12 @@ if TYPE_CHECKING:
     from demospec.report._audit_picture import audit_picture
     from demospec.report._build import build_report
     from demospec.report._causal_picture import draw_causal_picture, save_causal_picture
+    from demospec.report._effect_picture import (
+        draw_boundary_shift,
+        draw_counterfactual,
+        draw_effect_map,
+        save_figure,
+    )
 
 __all__ = [
     "Figure",
@@ -21,9 +27,13 @@ __all__ = [
     "Text",
     "audit_picture",
     "build_report",
+    "draw_boundary_shift",
     "draw_causal_picture",
+    "draw_counterfactual",
+    "draw_effect_map",
     "render_html",
     "save_causal_picture",
+    "save_figure",
     "write_html",
     "write_markdown",
 ]
@@ -36,4 +46,6 @@ def __getattr__(name: str) -> Any:
         return importlib.import_module("demospec.report._build").build_report
     if name in ("draw_causal_picture", "save_causal_picture"):
         return getattr(importlib.import_module("demospec.report._causal_picture"), name)
+    if name in ("draw_boundary_shift", "draw_counterfactual", "draw_effect_map", "save_figure"):
+        return getattr(importlib.import_module("demospec.report._effect_picture"), name)
     raise AttributeError(f"module 'demospec.report' has no attribute {name!r}")
