@@ -53,7 +53,7 @@ def consistent(near: np.ndarray, valid: np.ndarray) -> bool:
 distance = st.one_of(st.integers(-2, 5).map(float), st.just(np.inf))
 
 
-@settings(deadline=None, max_examples=80)
+@settings(deadline=None, max_examples=200)
 @given(
     st.lists(st.tuples(distance, distance, st.booleans()), min_size=1, max_size=6),
 )
@@ -192,7 +192,7 @@ def test_a_model_judges_what_rules_cannot_see() -> None:
 def test_the_command_answers_in_the_documented_shape(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    data, truth = simulate_set(
+    data, _ = simulate_set(
         train_scenes=4, test_scenes=0, demonstrations=6, seed=1, label_noise=0.06
     )
     write_set(data, tmp_path / "set")

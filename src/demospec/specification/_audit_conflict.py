@@ -36,6 +36,9 @@ def smallest_conflict(nearest: FloatArray, valid: Bools, floor: float = 0.0) -> 
     blocked = upper < floor
     free = (nearest[rejected] < upper) & ~blocked
     hopeless = rejected[~free.any(axis=1)]
+    lonely = hopeless[~np.isfinite(nearest[hopeless]).any(axis=1)]
+    if len(lonely):  # rejected, and nothing near: no rule of the family rejects it
+        return [int(lonely[0])]
     best: list[int] | None = None
     for r in hopeless:
         near = np.flatnonzero(np.isfinite(nearest[r]))
