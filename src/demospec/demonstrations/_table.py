@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from demospec.demonstrations._migrate import FORMAT_VERSION, migrate_table
 from demospec.demonstrations._trajectory import MAX_COORDINATE, MAX_POINTS, Demonstrations
@@ -85,6 +86,7 @@ def parquet_faults(file: Path) -> Iterator[None]:
 def from_arrow(table: pa.Table, *, file: Path, columns: int, first_row: int = 0) -> Demonstrations:
     """The demonstrations of an Arrow table (a whole file or one batch of it)."""
     import pyarrow as pa
+    import pyarrow.compute as pc
 
     text = pa.string()
     demo_id = _column(table, "demo_id", text, file, required=True, first_row=first_row)
@@ -96,8 +98,9 @@ def from_arrow(table: pa.Table, *, file: Path, columns: int, first_row: int = 0)
     points = _column(table, "points", nested, file, required=True, first_row=first_row)
     flat, offsets = _points(points, columns, file, first_row)
     stamps = _column(table, "t", pa.list_(pa.float64()), file, first_row=first_row)
-    known = np.asarray(valid.is_valid().to_numpy(zero_copy_only=False), dtype=bool)
-    truth = np.asarray(valid.fill_null(False).to_numpy(zero_copy_only=False), dtype=np.int8)
+    known = np.asarray(to_numpy(valid.is_valid()), dtype=bool)
+    # Null and false is false (fill_null would do, but its scalar brings pandas in too).
+    truth = np.asarray(to_numpy(pc.and_kleene(valid, valid.is_valid())), dtype=np.int8)
     return Demonstrations(
         demo_id=_text(demo_id, "demo_id", file),
         scene_id=_text(scene_id, "scene_id", file),
@@ -121,7 +124,7 @@ def _column(
 ) -> Any:
     column = column_of(table, name, kind, file, missing_refused=required)
     if required and column.null_count:
-        row = int(np.flatnonzero(column.is_null().to_numpy(zero_copy_only=False))[0])
+        row = int(np.flatnonzero(to_numpy(column.is_null()))[0])
         raise InputError("a value", "null", file=file, row=first_row + row, field=name)
     return column
 
@@ -177,8 +180,23 @@ def _text(column: Any, name: str, file: Path) -> np.ndarray:
     return out
 
 
+def to_numpy(array: Any) -> NDArray[Any]:
+    """A flat Arrow array of numbers or truth values without nulls.
+
+    Arrow's own ``to_numpy`` imports pandas wherever that is installed, which takes a quarter
+    of a second; this does not.
+    """
+    import pyarrow as pa
+
+    if pa.types.is_boolean(array.type):
+        return to_numpy(array.cast(pa.uint8())).astype(bool)
+    if len(array) == 0:
+        return np.empty(0, dtype=array.type.to_pandas_dtype())
+    return np.from_dlpack(array)
+
+
 def _points(column: Any, columns: int, file: Path, first_row: int) -> tuple[FloatArray, np.ndarray]:
-    raw = column.offsets.to_numpy()
+    raw = to_numpy(column.offsets)
     inner = column.values.slice(raw[0], raw[-1] - raw[0]) if len(raw) else column.values
     offsets = (raw - raw[0]).astype(np.int64) if len(raw) else np.zeros(1, np.int64)
 
@@ -195,9 +213,9 @@ def _points(column: Any, columns: int, file: Path, first_row: int) -> tuple[Floa
         found = f"{lengths[row]} points"
         raise InputError(expected, found, file=file, row=first_row + row, field="points")
     if inner.null_count:
-        point = int(np.flatnonzero(inner.is_null().to_numpy(zero_copy_only=False))[0])
+        point = int(np.flatnonzero(to_numpy(inner.is_null()))[0])
         raise InputError("numbers", "null", file=file, row=row_of(point), field="points")
-    ends = inner.offsets.to_numpy()
+    ends = to_numpy(inner.offsets)
     sizes = np.diff(ends)
     if (sizes != columns).any():
         point = int(np.flatnonzero(sizes != columns)[0])
@@ -205,9 +223,9 @@ def _points(column: Any, columns: int, file: Path, first_row: int) -> tuple[Floa
         raise InputError(expected, int(sizes[point]), file=file, row=row_of(point), field="points")
     numbers = inner.values.slice(ends[0], ends[-1] - ends[0]) if len(ends) else inner.values
     if numbers.null_count:
-        at = int(np.flatnonzero(numbers.is_null().to_numpy(zero_copy_only=False))[0])
+        at = int(np.flatnonzero(to_numpy(numbers.is_null()))[0])
         raise InputError("numbers", "null", file=file, row=row_of(at // columns), field="points")
-    flat = numbers.to_numpy(zero_copy_only=False).reshape(-1, columns)
+    flat = to_numpy(numbers).reshape(-1, columns)
     wrong = ~(np.abs(flat) <= MAX_COORDINATE)
     if wrong.any():
         point, axis = np.argwhere(wrong)[0]
@@ -221,8 +239,8 @@ def _points(column: Any, columns: int, file: Path, first_row: int) -> tuple[Floa
 def _times(column: Any, offsets: np.ndarray, file: Path, first_row: int) -> FloatArray | None:
     if column.null_count == len(column):
         return None
-    raw = column.offsets.to_numpy().astype(np.int64)
-    given = column.is_valid().to_numpy(zero_copy_only=False)
+    raw = to_numpy(column.offsets).astype(np.int64)
+    given = to_numpy(column.is_valid())
     lengths, counts = np.diff(raw), np.diff(offsets)
     wrong = given & (lengths != counts)
     if wrong.any():
@@ -235,10 +253,10 @@ def _times(column: Any, offsets: np.ndarray, file: Path, first_row: int) -> Floa
     take = np.repeat(raw[:-1] - (ends - lengths), lengths) + np.arange(int(ends[-1]))
     stamps = column.values.take(_indices(take))
     if stamps.null_count:
-        at = int(np.flatnonzero(stamps.is_null().to_numpy(zero_copy_only=False))[0])
+        at = int(np.flatnonzero(to_numpy(stamps.is_null()))[0])
         row = first_row + int(np.searchsorted(ends, at, side="right"))
         raise InputError("numbers", "null", file=file, row=row, field="t")
-    numbers = np.asarray(stamps.to_numpy(zero_copy_only=False), dtype=np.float64)
+    numbers = np.asarray(to_numpy(stamps), dtype=np.float64)
     if not np.isfinite(numbers).all():
         at = int(np.flatnonzero(~np.isfinite(numbers))[0])
         row = first_row + int(np.searchsorted(ends, at, side="right"))
@@ -251,7 +269,8 @@ def _times(column: Any, offsets: np.ndarray, file: Path, first_row: int) -> Floa
 def _indices(rows: np.ndarray) -> Any:
     import pyarrow as pa
 
-    return pa.array(rows, pa.int64())
+    whole = np.ascontiguousarray(rows, dtype=np.int64)
+    return pa.Array.from_buffers(pa.int64(), len(whole), [None, pa.py_buffer(whole)])
 
 
 def to_arrow(data: Demonstrations) -> pa.Table:
