@@ -18,6 +18,7 @@ if TYPE_CHECKING:
         draw_effect_map,
         save_figure,
     )
+    from demospec.report._envelope_picture import draw_envelopes
 
 __all__ = [
     "Figure",
@@ -29,6 +30,7 @@ __all__ = [
     "build_report",
     "draw_boundary_shift",
     "draw_causal_picture",
+    "draw_envelopes",
     "draw_counterfactual",
     "draw_effect_map",
     "render_html",
@@ -44,6 +46,8 @@ def __getattr__(name: str) -> Any:
         return importlib.import_module("demospec.report._audit_picture").audit_picture
     if name == "build_report":
         return importlib.import_module("demospec.report._build").build_report
+    if name == "draw_envelopes":
+        return importlib.import_module("demospec.report._envelope_picture").draw_envelopes
     if name in ("draw_causal_picture", "save_causal_picture"):
         return getattr(importlib.import_module("demospec.report._causal_picture"), name)
     if name in ("draw_boundary_shift", "draw_counterfactual", "draw_effect_map", "save_figure"):
