@@ -6,7 +6,7 @@ from math import comb
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from demospec.demonstrations import (
@@ -61,12 +61,12 @@ def test_fitting_the_samples_of_a_bezier_gives_its_control_points(
 def test_an_order_2_curve_is_found_though_its_points_are_unevenly_spaced(seed: int) -> None:
     rng = np.random.default_rng(seed)
     control = rng.uniform(-10, 110, (1, 2))
+    # A control point on the line through both ends, beyond one of them, folds the curve back
+    # onto itself: then the points' places along it are ambiguous (docs/demonstrations.md).
+    assume(abs(float(control.sum()) - 100.0) / np.sqrt(2.0) > 5.0)
     t = np.sort(np.concatenate([[0, 1], rng.uniform(0, 1, 60)]))
     path = bernstein(2, t) @ np.concatenate([[START], control, [GOAL]])
-    fitted = fit_bezier(path, 2)
-    curve = bezier_points(START, GOAL, fitted, 400)
-    gap = np.sqrt(((path[:, None] - curve[None]) ** 2).sum(axis=2)).min(axis=1)
-    assert gap.max() < 0.3
+    np.testing.assert_allclose(fit_bezier(path, 2), control, atol=1e-6)
 
 
 @given(seed=st.integers(0, 10_000), order=st.integers(2, 4))
