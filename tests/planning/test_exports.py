@@ -206,7 +206,8 @@ def test_ompl_plans_with_the_exported_file(request_: ExportRequest, tmp_path: Pa
     problem.setStartAndGoalStates(first, last)
     objective = rule.objective(info)
     problem.setOptimizationObjective(objective)
-    assert objective.motionCost(first, last).value() == pytest.approx(
+    assert objective.motionCost(first, last).value() == pytest.approx(100.0)
+    assert rule.path_cost([rule.START, rule.GOAL]) == pytest.approx(
         request_.cost_map.path_cost([rule.START, rule.GOAL]), rel=0.02
     )
     search = og.RRTstar(info)

@@ -27,8 +27,11 @@ def plan_within_budget(
         constraint: An influence rule.
     """
     assert constraint.soft is not None
+    assert constraint.limit is not None
     found = plan_on_grid(replace(cost_map, zones=constraint.zones), start, goal)
     options = [] if found is None else [evenly(found)]
+    if options and not constraint.limit.monotone:
+        return options[0]  # only staying out of every disc obeys whatever the radii are
     extent = max(cost_map.bounds[2] - cost_map.bounds[0], cost_map.bounds[3] - cost_map.bounds[1])
     grid = replace(cost_map, zones=constraint.soft, cell=max(cost_map.cell, extent / 150))
     blocked = grid.within(0.0)
@@ -37,8 +40,8 @@ def plan_within_budget(
         raw = cheapest(priced, blocked, start, goal, priced.array)
         if raw is not None:
             options += [evenly(_cheaper(priced, raw)), evenly(raw)]
-    kept = [path for path in options if constraint.check(path).obeys]
-    return min(kept, key=_length) if kept else None
+    # Judging is the slow part: shortest first, and the first that is kept is the answer.
+    return next((p for p in sorted(options, key=_length) if constraint.check(p).obeys), None)
 
 
 def _cheaper(priced: CostMap, path: FloatArray) -> FloatArray:

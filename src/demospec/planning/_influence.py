@@ -59,6 +59,12 @@ class InfluenceLimit:
         reach = self.radius[item.id] + _RIM
         return Zone(item.id, item.symbol, centre, keep + _RIM, reach)
 
+    @property
+    def monotone(self) -> bool:
+        """Whether a path that obeys the largest radii obeys all smaller ones."""
+        ends = np.array([[0.0, 0.0], [1.0, 0.0]])
+        return bool(self._problem(ends).monotone)
+
     def check(self, scene: Scene, path: FloatArray) -> PlanCheck:
         """The verdict of the rule's own evaluator, in exact integers, on the path's points."""
         from demospec.rules import evaluate_rule

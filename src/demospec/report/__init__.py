@@ -19,6 +19,7 @@ if TYPE_CHECKING:
         save_figure,
     )
     from demospec.report._envelope_picture import draw_envelopes
+    from demospec.report._plan_picture import draw_plan
 
 __all__ = [
     "Figure",
@@ -33,6 +34,7 @@ __all__ = [
     "draw_envelopes",
     "draw_counterfactual",
     "draw_effect_map",
+    "draw_plan",
     "render_html",
     "save_causal_picture",
     "save_figure",
@@ -48,6 +50,8 @@ def __getattr__(name: str) -> Any:
         return importlib.import_module("demospec.report._build").build_report
     if name == "draw_envelopes":
         return importlib.import_module("demospec.report._envelope_picture").draw_envelopes
+    if name == "draw_plan":
+        return importlib.import_module("demospec.report._plan_picture").draw_plan
     if name in ("draw_causal_picture", "save_causal_picture"):
         return getattr(importlib.import_module("demospec.report._causal_picture"), name)
     if name in ("draw_boundary_shift", "draw_counterfactual", "draw_effect_map", "save_figure"):

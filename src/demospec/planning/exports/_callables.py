@@ -131,7 +131,7 @@ def path_cost(points, spacing=0.25):
 _OMPL = '''
 
 def space_information():
-    """OMPL's plane with the rule as validity, motions checked every quarter unit."""
+    """OMPL's plane with the rule as validity; motions are checked every quarter unit."""
     from ompl import base as ob
 
     space = ob.RealVectorStateSpace(2)
@@ -146,23 +146,34 @@ def space_information():
         def isValid(self, state):
             return bool(margin([state[0], state[1]]) >= 0)
 
-    checker = Outside(info)
-    _KEPT.append(checker)
-    info.setStateValidityChecker(checker)
-    info.setStateValidityCheckingResolution(0.25 / space.getMaximumExtent())
+    class Clear(ob.MotionValidator):
+        def checkMotion(self, first, last, *rest):
+            a, b = np.array([[first[0], first[1]], [last[0], last[1]]])
+            n = max(2, int(np.ceil(np.hypot(*(b - a)) / 0.25)) + 1)
+            return bool((margin(a + np.linspace(0, 1, n)[:, None] * (b - a)) >= 0).all())
+
+    checkers = Outside(info), Clear(info)
+    _KEPT.extend(checkers)
+    info.setStateValidityChecker(checkers[0])
+    info.setMotionValidator(checkers[1])
     info.setup()
     return info
 
 
 def objective(info):
-    """OMPL's OptimizationObjective: the integral of `cost` along a motion."""
+    """OMPL's OptimizationObjective: the integral of `cost` along a valid motion."""
     from ompl import base as ob
+
+    # Where the price rises only in what is forbidden, a valid motion costs its length.
+    plain = all(z["reach"] <= z["radius"] for z in ZONES)
 
     class Integral(ob.OptimizationObjective):
         def stateCost(self, state):
             return ob.Cost(float(cost([state[0], state[1]])))
 
         def motionCost(self, first, last):
+            if plain:
+                return ob.Cost(float(np.hypot(first[0] - last[0], first[1] - last[1])))
             ends = [[first[0], first[1]], [last[0], last[1]]]
             return ob.Cost(path_cost(ends, 1.0))
 
