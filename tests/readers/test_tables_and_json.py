@@ -295,3 +295,41 @@ def test_links_in_a_loop_end(tmp_path: Path) -> None:
     write_csv(tmp_path / "in" / "a.csv", LINE)
     os.symlink(tmp_path / "in", tmp_path / "in" / "again")
     assert len(read_source(tmp_path / "in").data.demonstrations) == 1
+
+
+def test_a_full_disk_while_pictures_are_taken_out(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import errno
+
+    import PIL.Image
+    from foreign_files import write_lerobot
+
+    from demospec.errors import OutputError
+
+    write_lerobot(tmp_path / "in", episodes=2)
+
+    def full(*_: object, **__: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(PIL.Image.Image, "save", full)
+    projection = {"homography": [[80, 0, 0], [0, -80, 48], [0, 0, 1]]}
+    mapping = how(picture="observation.images.top", projection=projection)
+    with pytest.raises(OutputError, match="No space left"):
+        convert(tmp_path / "in", tmp_path / "set", mapping=mapping)
+    assert {p.name for p in tmp_path.iterdir()} == {"in"}
+
+
+def test_a_source_that_vanishes_is_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from demospec.demonstrations.readers import _convert
+
+    file = write_csv(tmp_path / "a.csv", LINE)
+
+    def gone(*_: object) -> None:
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(_convert, "guess_format", gone)
+    with pytest.raises(InputError, match="Permission denied"):
+        read_source(file)

@@ -126,7 +126,7 @@ def _choose(recordings: list[Recording], mapping: Mapping, notes: list[str]) -> 
             none = {
                 "valid": "none recorded",
                 "scene": "one for all",
-                "type": "none (rules are learned per type: --type always:me makes one)",
+                "type": "none (all are taken for one person; --type names them)",
             }.get(what, "none")
             stated = what == "scene" and any(r.scene is not None for r in recordings)
             notes.append(f"{what}: {'as the source states' if stated else none}")

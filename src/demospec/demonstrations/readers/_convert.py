@@ -5,6 +5,8 @@ from __future__ import annotations
 import hashlib
 import os
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
@@ -17,7 +19,7 @@ from demospec.demonstrations.readers._coco import read_coco
 from demospec.demonstrations.readers._guess import FORMATS, guess_format
 from demospec.demonstrations.readers._mapping import Mapping
 from demospec.demonstrations.readers._recording import Pictures, Source
-from demospec.errors import InputError
+from demospec.errors import InputError, OutputError
 from demospec.progress import Progress, silent
 from demospec.scene import Scene, SceneObject
 
@@ -64,6 +66,20 @@ def read_source(
         MissingExtraError: The library that reads the format is not installed.
     """
     path = Path(source)
+    try:
+        return _read_source(path, format, mapping, pictures, picture_folder, progress)
+    except OSError as error:  # vanished, no permission, a broken disk
+        raise InputError("a readable source", error.strerror or str(error), file=path) from error
+
+
+def _read_source(
+    path: Path,
+    format: str | None,
+    mapping: Mapping | None,
+    pictures: bool,
+    picture_folder: Path | None,
+    progress: Progress,
+) -> Conversion:
     kind = format or guess_format(path)
     if kind not in FORMATS:
         raise InputError(f"one of {', '.join(FORMATS)}", kind, field="--from")
@@ -98,9 +114,9 @@ def convert(
         OutputError: The target exists, or cannot be written.
     """
     _refuse_inside(Path(source), Path(target))
-    with tempfile.TemporaryDirectory(prefix="demospec-") as folder:
+    with _room_for_pictures() as folder:
         result = read_source(
-            source, format=format, mapping=mapping, picture_folder=Path(folder), progress=progress
+            source, format=format, mapping=mapping, picture_folder=folder, progress=progress
         )
         write_set(
             result.data,
@@ -109,6 +125,17 @@ def convert(
             documents={"provenance.json": result.provenance},
         )
     return result
+
+
+@contextmanager
+def _room_for_pictures() -> Iterator[Path]:
+    try:
+        folder = tempfile.TemporaryDirectory(prefix="demospec-", ignore_cleanup_errors=True)
+    except OSError as error:
+        place = tempfile.gettempdir() if tempfile.tempdir else "the temporary folder"
+        raise OutputError(f"{place}: cannot write: {error.strerror or error}") from error
+    with folder as name:
+        yield Path(name)
 
 
 def _refuse_inside(source: Path, target: Path) -> None:

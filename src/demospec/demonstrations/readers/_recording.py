@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 
 from demospec.demonstrations._trajectory import MAX_POINTS
-from demospec.errors import InputError
+from demospec.errors import InputError, OutputError
 from demospec.frames import FloatArray
 from demospec.scene import Image, Picture, SceneObject
 
-MAX_NUMBERS = 400_000_000
+MAX_NUMBERS = 50_000_000
 """Numbers in one array that a reader will allocate; more is taken for a broken or hostile file."""
 
 
@@ -105,7 +105,10 @@ class Pictures:
 
         safe = "".join(c if c.isalnum() else "-" for c in name)[:80]
         file = self.folder / f"{len(list(self.folder.iterdir())):06d}-{safe}.png"
-        PIL.Image.fromarray(pixels).save(file, format="PNG", compress_level=1)
+        try:
+            PIL.Image.fromarray(pixels).save(file, format="PNG", compress_level=1)
+        except OSError as error:
+            raise OutputError(f"{file}: cannot write: {error.strerror or error}") from error
         return Picture(file=file)
 
 
@@ -138,7 +141,8 @@ def numeric(array: Any, *, file: Path, name: str) -> np.ndarray:
 
 
 def path_array(array: Any, *, file: Path, name: str) -> FloatArray:
-    """A path as floats (n, d): one row a point, n ≥ 1, d ≥ 2, at most `MAX_POINTS` × 100 rows."""
+    """A path as floats (n, d): one row a point, n ≥ 1, d ≥ 2, at most 100 × `MAX_POINTS` rows
+    (as recorded; what stays after thinning has a limit of its own)."""
     values = numeric(array, file=file, name=name)
     if values.ndim != 2 or values.shape[0] < 1 or values.shape[1] < 2:
         expected = "one row a point: (points, at least two numbers)"

@@ -28,6 +28,8 @@ from demospec.frames import FloatArray
 from demospec.progress import Progress
 
 SUFFIXES = (".csv", ".tsv", ".txt", ".npy", ".npz")
+MAX_CSV_BYTES = 1 << 28
+"""A CSV file is held in memory as text cells, some thirty times its size."""
 LABELS = ("labels.csv", "metadata.csv", "index.csv")
 """Names of the table of labels that are looked for beside the recordings."""
 _LONG = ("demo_id", "demonstration", "demo", "episode", "episode_id", "episode_index",
@@ -126,7 +128,7 @@ def read_csv(file: Path) -> CsvTable:
     Raises:
         InputError: Not UTF-8, a line of another length, no line, or a repeated column name.
     """
-    data = read_bytes(file)
+    data = read_bytes(file, limit_bytes=MAX_CSV_BYTES)
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
