@@ -72,6 +72,9 @@ class ClearanceFit:
         undecided: Classes that some rules consistent with all demonstrations need and others
             leave out.
         consistent: Whether some rule agrees with every demonstration.
+        interval_kind: ``exact``: the ends set by rejected and accepted demonstrations, over
+            all consistent clearances of these classes. ``95 % credible``: labels contradict
+            each other, or distances are probably measured with error.
         contradicted: Demonstrations (rows) that the point answer gets wrong.
         at_most: Class → largest clearance that every accepted demonstration keeps; +inf where
             none came near.
@@ -88,6 +91,7 @@ class ClearanceFit:
     subsets: tuple[tuple[tuple[str, ...], float], ...]
     undecided: tuple[str, ...]
     consistent: bool
+    interval_kind: str
     contradicted: tuple[int, ...]
     at_most: Mapping[str, float]
     shared: float
@@ -329,12 +333,14 @@ def _answer(
     if weight[together].sum() >= 0.5 * weight[mine].sum():
         mine = together  # probably one clearance: then the answer names one
     space = ClearanceSpace.of(d, ok, floor)
-    consistent = space.allows(columns.tolist())
+    # The ends that demonstrations set hold where distances are exact; else what is credible.
+    exactly = float(weight[mine] @ (particles.sigma[mine] == 0)) >= 0.5 * float(weight[mine].sum())
+    hull = space.allows(columns.tolist()) and exactly
     value, interval = {}, {}
     for k in columns:
         column, part = particles.clearance[mine, k], weight[mine]
         c = float(part @ column / part.sum())
-        if consistent:
+        if hull:
             ends = space.interval(columns.tolist(), int(k))
             c = min(max(c, ends[0]), ends[1])
         else:
@@ -358,6 +364,7 @@ def _answer(
             if space.consistent and possible[k] and not required[k] and np.isfinite(d[:, k]).any()
         ),
         consistent=space.consistent,
+        interval_kind="exact" if hull else "95 % credible",
         contradicted=tuple(np.flatnonzero(wrong).tolist()),
         at_most={n: float(space.upper[k]) for k, n in enumerate(names)},
         shared=float(weight @ _is_shared(particles)),

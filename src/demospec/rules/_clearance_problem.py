@@ -92,6 +92,7 @@ def clearance_answer(problem: ClearanceProblem) -> dict[str, Any]:
         "uninformed": list(rule.uninformed),
         "undecided": list(fit.undecided),
         "interval": {s: [finite(a), finite(b)] for s, (a, b) in rule.interval.items()},
+        "interval_kind": fit.interval_kind,
         "value": dict(rule.value),
         "probability": dict(fit.probability),
         "subsets": [{"classes": list(names), "probability": p} for names, p in fit.subsets],

@@ -203,6 +203,7 @@ def _type_rules(
         "contradicted": wrong,
         "at_most": {s: (v if np.isfinite(v) else None) for s, v in fit.at_most.items()},
         "shared_clearance": round(fit.shared, 4),
+        "interval": fit.interval_kind,
         "position_noise": round(fit.position_noise, 3),
         "exact": fit.exact,
     }

@@ -1,0 +1,181 @@
+"""`demospec rules` and `demospec query` as a person or a program runs them."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from clearance_worlds import SYMBOLS, demonstration_set
+
+from demospec.cli import main
+from demospec.demonstrations import DemonstrationSet, write_set
+from demospec.rules import read_rules
+
+RULES = {"careful": dict.fromkeys(SYMBOLS, 3.0), "normal": {"glass": 3.0}, "aggressive": {}}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    data: DemonstrationSet = demonstration_set(np.random.default_rng(0), RULES, 10, 4)
+    return write_set(data, tmp_path_factory.mktemp("sets") / "set")
+
+
+def run(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, str, str]:
+    with pytest.raises(SystemExit) as stopped:
+        main([str(a) for a in arguments])
+    out, err = capsys.readouterr()
+    return int(stopped.value.code or 0), out, err
+
+
+def test_a_table_that_a_person_understands(
+    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    status, out, _ = run(capsys, "rules", folder)
+    assert status == 0
+    words = " ".join(out.split())
+    assert "cm) from glasses; nothing else matters" in words
+    assert "no demonstration was rejected: nothing is known to matter" in words
+    assert "Clearance by class" in words
+
+
+def test_json_is_the_contract_and_a_model(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "rules.json"
+    status, out, err = run(capsys, "rules", folder, "--json", "--out", file)
+    assert status == 0
+    assert f"wrote {file}" in err
+    document = json.loads(out)
+    assert document == json.loads(file.read_text())
+    assert list(document["types"]) == list(RULES)
+    for entry in document["types"].values():
+        assert {"clearance", "influence", "sentence"} <= set(entry)
+        assert {"relevant", "uninformed", "interval", "value"} <= set(entry["clearance"])
+    influence = document["types"]["normal"]["influence"]
+    assert influence["settings"]["thresholds"] == "class"
+    assert set(influence["hull"]["radius"]) <= set(SYMBOLS)
+    assert document["types"]["aggressive"]["influence"] is None
+    assert read_rules(file).types == tuple(RULES)
+
+
+def test_one_problem_or_several(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    scenes = [
+        {
+            "objects": [
+                {"id": "d", "class": "drill", "center": [20, 20], "radius": 5},
+                {"id": "c", "class": "clamp", "center": [60, 20], "radius": 5},
+            ]
+        }
+    ]
+    shown = [
+        {"scene": 0, "valid": True, "points": [[0, 40], [30, 28], [80, 40]]},
+        {"scene": 0, "valid": True, "points": [[0, 40], [60, 20], [80, 40]]},
+        {"scene": 0, "valid": False, "points": [[0, 40], [20, 26], [80, 40]]},
+    ]
+    problem = {"scenes": scenes, "trajectories": shown}
+    a, b = tmp_path / "a.json", tmp_path / "b.json"
+    a.write_text(json.dumps({**problem, "family": "clearance"}))
+    b.write_text(json.dumps({**problem, "family": "influence", "F_max": 30}))
+    status, out, _ = run(capsys, "rules", a, "--json")
+    answer = json.loads(out)
+    assert (status, answer["status"]) == (0, "optimal")
+    assert answer["relevant"] == ["drill"]
+    low, high = answer["interval"]["drill"]
+    assert low == pytest.approx(1.0, abs=0.2)
+    assert low < answer["value"]["drill"] < high
+    assert answer["settings"]["distance"] == "footprint"
+    assert answer["seconds"] >= 0
+    status, out, _ = run(capsys, "rules", a, b, "--json")
+    assert status == 0
+    assert [("min" in one) for one in json.loads(out)] == [False, True]
+    status, out, _ = run(capsys, "rules", a)
+    assert "from drills" in out
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"family": "speed"}, "family: expected influence or clearance"),
+        ({"distance": "rim"}, "distance: expected one of footprint, center"),
+        ({"trajectories": []}, "trajectories: expected at least one trajectory"),
+        ({"trajectories": [{"valid": True, "points": [[0, "x"]]}]}, "trajectories[0].points"),
+        ({"trajectories": [{"valid": 1, "points": [[0, 0]]}]}, "trajectories[0].valid"),
+        ({"trajectories": [{"scene": 4, "valid": True, "points": [[0, 0]]}]}, "scene from 0 to 0"),
+        ({"scenes": []}, "scenes: expected at least one scene"),
+        ({"scenes": [{"objects": [{"id": "a", "center": [1e12, 0]}]}]}, "objects[0].center"),
+        (
+            {
+                "scenes": [
+                    {"objects": [{"id": "a", "center": [0, 0]}, {"id": "a", "center": [1, 1]}]}
+                ]
+            },
+            "objects[1].id: expected ids that differ",
+        ),
+        (
+            {"scenes": [{"objects": [{"id": "a", "center": [0, 0], "polygon": [[0, 0]]}]}]},
+            "objects[0].polygon",
+        ),
+        (
+            {"scenes": [{"objects": [{"id": "a", "center": [0, 0], "radius": -1}]}]},
+            "objects[0].radius",
+        ),
+    ],
+)
+def test_bad_problems_are_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], change: dict[str, object], says: str
+) -> None:
+    file = tmp_path / "problem.json"
+    fine = {
+        "family": "clearance",
+        "scenes": [{"objects": [{"id": "a", "center": [0, 0]}]}],
+        "trajectories": [{"valid": True, "points": [[0, 0]]}],
+    }
+    file.write_text(json.dumps({**fine, **change}))
+    status, out, err = run(capsys, "rules", file)
+    assert status == 2
+    assert out == ""
+    assert err.count("\n") == 1
+    assert "problem.json" in err
+    assert says in err
+
+
+def test_bad_arguments(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for arguments, says in (
+        ((folder, "--sharing", "some"), "--sharing"),
+        ((folder, folder), "expected problem files, or one set"),
+        ((tmp_path / "nothing",), "no such"),
+        ((folder, "--picture", tmp_path / "x.gif"), "--picture"),
+    ):
+        status, _, err = run(capsys, "rules", *arguments)
+        assert status == 2
+        assert says.lower() in err.lower()
+
+
+def test_picture_of_the_envelopes(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    import PIL.Image
+
+    file = tmp_path / "envelopes.png"
+    status, _, _ = run(capsys, "rules", folder, "--picture", file, "--scene", "03")
+    assert status == 0
+    with PIL.Image.open(file) as picture:
+        assert picture.width > 2 * picture.height  # one panel per type, side by side
+
+
+def test_query_for_people_and_programs(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    status, out, _ = run(capsys, "query", folder, "--json", "--type", "careful")
+    document = json.loads(out)
+    assert status == 0
+    assert document["status"] in ("ask", "settled")
+    assert document["type"] == "careful"
+    status, out, _ = run(capsys, "query", folder)
+    assert status == 0
+    assert "acceptable?" in out or "Nothing left" in out
+    status, _, err = run(capsys, "query", tmp_path / "none.json")
+    assert status == 2
+    assert "none.json" in err
