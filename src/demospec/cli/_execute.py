@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -52,7 +51,7 @@ def execute(
     if video not in ("gif", "mp4", "none"):
         raise InputError("gif, mp4 or none", video, field="video")
     data = read_set(set_folder)
-    known = replace(read_plannable(rules), metres_per_unit=data.metres_per_unit)
+    known = read_plannable(rules, data.metres_per_unit)
     judge = known if truth is None else read_plannable(truth)
     where = data.scene(scene)
     plan = plan_path(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -36,7 +35,7 @@ def export(
     from demospec.planning import export_request, export_to, read_plannable
 
     data = read_set(set_folder)
-    known = replace(read_plannable(rules), metres_per_unit=data.metres_per_unit)
+    known = read_plannable(rules, data.metres_per_unit)
     request = export_request(
         known,
         data.scene(scene),

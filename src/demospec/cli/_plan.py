@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -51,7 +50,7 @@ def plan(
     from demospec.planning import cost_map, plan_path, read_plannable
 
     data = read_set(set_folder)
-    known = replace(read_plannable(rules), metres_per_unit=data.metres_per_unit)
+    known = read_plannable(rules, data.metres_per_unit)
     result = plan_path(
         known,
         data.scene(scene),

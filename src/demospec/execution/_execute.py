@@ -15,8 +15,7 @@ from demospec.execution._robots import ARMS, RobotArm
 from demospec.execution._table import Placement, object_height_m
 from demospec.execution._timing import time_path
 from demospec.frames import FloatArray, PixelFrame
-from demospec.planning import Envelope, Plan, PlanCheck, check_plan
-from demospec.rules import RuleSet
+from demospec.planning import Envelope, Plan, PlanCheck, Plannable, check_plan
 from demospec.scene import Scene
 
 ROBOTS = ("pr2", "panda", "gantry")
@@ -36,7 +35,7 @@ _REACHED_M = 0.005
 def execute_plan(
     plan: Plan,
     scene: Scene,
-    rules: RuleSet,
+    rules: Plannable,
     *,
     robot: str = "pr2",
     carried: str = "shaker",

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from demospec.planning._results import Envelope, Plan, PlanCheck, Violation, Zone
 
 if TYPE_CHECKING:
+    from demospec.planning._constraint import Plannable
     from demospec.planning._cost_map import CostMap
     from demospec.planning._plan import PLANNERS, check_plan, cost_map, plan_path
     from demospec.planning._read import read_plannable
@@ -19,6 +20,7 @@ __all__ = [
     "ExportRequest",
     "PLANNERS",
     "Plan",
+    "Plannable",
     "PlanCheck",
     "Violation",
     "Zone",
@@ -33,6 +35,7 @@ __all__ = [
 _HOME = {
     "CostMap": "_cost_map",
     "PLANNERS": "_plan",
+    "Plannable": "_constraint",
     "check_plan": "_plan",
     "cost_map": "_plan",
     "ExportRequest": "exports",

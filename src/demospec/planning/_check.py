@@ -17,6 +17,7 @@ def check_zones(zones: tuple[Zone, ...], scene: Scene, path: FloatArray) -> Plan
     for zone in zones:
         found, at = path_distance(zone.shape, path)
         margin = min(margin, found - zone.radius)
+        clearance.setdefault(zone.object_id, found)
         if found < zone.radius:
             violations.append(Violation(zone.object_id, zone.radius, found, at))
     violations.sort(key=lambda v: -v.by)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Literal
 
 import numpy as np
 
@@ -12,9 +13,13 @@ from demospec.frames import FloatArray, describe_length
 from demospec.planning._check import check_zones
 from demospec.planning._influence import InfluenceLimit, influence_limit
 from demospec.planning._results import Envelope, PlanCheck, Zone
+from demospec.planning._seen import SeeingModel, rules_of_model, seen_zones
 from demospec.planning._zones import chosen_type, clearance_zones
 from demospec.rules import RuleSet
 from demospec.scene import Scene
+
+Plannable = RuleSet | SeeingModel
+"""What can be planned with."""
 
 
 @dataclass(frozen=True)
@@ -28,6 +33,7 @@ class Constraint:
             some influence (F_max); None where `zones` is the rule.
         limit: The influence rule itself; None for a clearance rule.
         capped: See `Plan.capped`.
+        judged_by: ``rule``, or ``model`` where only a model's eyes say where things are.
     """
 
     scene: Scene
@@ -35,6 +41,7 @@ class Constraint:
     soft: tuple[Zone, ...] | None = None
     limit: InfluenceLimit | None = None
     capped: dict[str, float] = field(default_factory=dict)
+    judged_by: Literal["rule", "model"] = "rule"
 
     def check(self, path: FloatArray) -> PlanCheck:
         """The verdict on a path (n, 2)."""
@@ -48,7 +55,7 @@ class Constraint:
 
 
 def constraint_of(
-    rules: RuleSet,
+    rules: Plannable,
     scene: Scene,
     type: str | None = None,
     envelope: Envelope = "upper",
@@ -57,10 +64,19 @@ def constraint_of(
 ) -> Constraint:
     """The rule of one type in one scene: its clearance rule, else its influence rule.
 
+    A model that sees speaks by its rules where the scene lists its objects, else by its eyes.
+
     Raises:
         InputError: Unknown type, envelope or symbol.
         CannotJudgeError: The scene does not list its objects.
     """
+    if not isinstance(rules, RuleSet):
+        read = rules_of_model(rules)
+        of = chosen_type(read, type)
+        if scene.objects is None:
+            zones = seen_zones(rules, scene, of, envelope, symbols=symbols)
+            return Constraint(scene, zones, judged_by="model")
+        rules = read
     of = chosen_type(rules, type)
     listed = scene.listed_objects()
     rule = rules.of_type(of)
@@ -80,7 +96,7 @@ def constraint_of(
 
 def capped_at_ends(
     constraint: Constraint,
-    rules: RuleSet,
+    rules: Plannable,
     type: str,
     start: FloatArray,
     goal: FloatArray,

@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 from demospec.errors import InputError
 from demospec.frames import FloatArray
 from demospec.planning._results import Zone
-from demospec.scene import Scene
+from demospec.scene import Capsule, Disc, Polygon, Scene
 
 Preset = Literal["physical", "paper", "count"]
 
@@ -142,6 +142,9 @@ class CostMap:
         A margin changes by at most the distance moved, so blocks of cells far from the rim
         are decided at once and only those near it are refined.
         """
+        if not all(isinstance(z.shape, (Disc, Capsule, Polygon)) for z in self.zones):
+            # A distance map as a network sees it may change faster than the place.
+            return np.asarray(self.signed_distance < inflate)
         rows, columns = self.shape
         block = 16
         r, c = (m.ravel() for m in np.mgrid[0 : -(-rows // block), 0 : -(-columns // block)])

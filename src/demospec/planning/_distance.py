@@ -17,6 +17,8 @@ from demospec.scene import Capsule, Disc, Footprint, Polygon
 BoolArray = NDArray[np.bool_]
 
 _DEPTH_SAMPLES = 33
+_MAP_SAMPLES = 257
+"""Along a segment, where the shape is known by a map of distances only."""
 
 
 def nearest(shape: Footprint, points: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -68,7 +70,8 @@ def segment_distance(shape: Footprint, a: FloatArray, b: FloatArray) -> FloatArr
         gap = shape.signed_distance(a)
         entered = np.ones(len(a), dtype=bool)
     if entered.any():
-        u = np.linspace(0.0, 1.0, _DEPTH_SAMPLES)[None, :, None]
+        known = isinstance(shape, Polygon)
+        u = np.linspace(0.0, 1.0, _DEPTH_SAMPLES if known else _MAP_SAMPLES)[None, :, None]
         along = a[entered, None] * (1 - u) + b[entered, None] * u
         gap = gap.copy()
         gap[entered] = shape.signed_distance(along).min(axis=1)

@@ -15,10 +15,11 @@ from demospec.errors import InputError
 from demospec.frames import FloatArray
 from demospec.planning._blockers import blockers, share_that_fits
 from demospec.planning._budget import plan_within_budget
-from demospec.planning._constraint import Constraint, capped_at_ends, constraint_of
+from demospec.planning._constraint import Constraint, Plannable, capped_at_ends, constraint_of
 from demospec.planning._cost_map import WEIGHT, CostMap, Preset, map_bounds
 from demospec.planning._grid import plan_on_grid
 from demospec.planning._results import Envelope, Plan, PlanCheck, Zone
+from demospec.planning._seen import rules_of_model
 from demospec.planning._zones import chosen_type
 from demospec.rules import RuleSet
 from demospec.scene import Scene
@@ -28,7 +29,7 @@ PLANNERS = ("grid", "latent", "rrtstar", "bitstar", "informed-rrtstar")
 
 
 def cost_map(
-    rules: RuleSet,
+    rules: Plannable,
     scene: Scene,
     type: str | None = None,
     envelope: Envelope = "upper",
@@ -41,8 +42,8 @@ def cost_map(
     """The cost map of one type in one scene.
 
     Args:
-        rules: Learned or true rules; only the symbols they call relevant count.
-        scene: Must list its objects.
+        rules: Learned or true rules, or a `field` model; only relevant symbols count.
+        scene: Must list its objects, or have a picture where a `field` model looks at it.
         type: May be left out where the rules know only one.
         envelope: Which of the consistent rules; default the safest.
         resolution: Cells per set unit; > 0. 1 gives a cell per pixel.
@@ -58,9 +59,14 @@ def cost_map(
     return _map_of(constraint, rules, resolution, weight, preset)
 
 
+def _scale(rules: Plannable) -> float | None:
+    scale: float | None = getattr(rules, "metres_per_unit", None)
+    return scale
+
+
 def _map_of(
     constraint: Constraint,
-    rules: RuleSet,
+    rules: Plannable,
     resolution: float,
     weight: float = WEIGHT,
     preset: Preset = "physical",
@@ -69,11 +75,11 @@ def _map_of(
         raise InputError("a resolution > 0 (cells per unit)", resolution, field="resolution")
     zones = constraint.zones if constraint.soft is None else constraint.soft
     bounds = map_bounds(constraint.scene, zones)
-    return CostMap(zones, bounds, 1.0 / resolution, weight, preset, rules.metres_per_unit)
+    return CostMap(zones, bounds, 1.0 / resolution, weight, preset, _scale(rules))
 
 
 def check_plan(
-    rules: RuleSet,
+    rules: Plannable,
     scene: Scene,
     points: ArrayLike,
     type: str | None = None,
@@ -99,7 +105,7 @@ def check_plan(
 
 
 def plan_path(
-    rules: RuleSet,
+    rules: Plannable,
     scene: Scene,
     type: str | None = None,
     envelope: Envelope = "upper",
@@ -137,12 +143,13 @@ def plan_path(
         raise InputError(f"one of {', '.join(PLANNERS)}", planner, field="planner")
     if not (np.isfinite(allowance) and allowance >= 0):
         raise InputError("an allowance >= 0", allowance, field="allowance")
-    of = chosen_type(rules, type)
+    read = rules if isinstance(rules, RuleSet) else rules_of_model(rules)
+    of = chosen_type(read, type)
     constraint = constraint_of(rules, scene, of, envelope, symbols=symbols)
     a = np.array((scene.start if start is None else start)[:2], dtype=np.float64)
     b = np.array((scene.goal if goal is None else goal)[:2], dtype=np.float64)
     _check_on_table(_map_of(constraint, rules, resolution), scene, a, b)
-    constraint = capped_at_ends(constraint, rules, of, a, b, rules.metres_per_unit)
+    constraint = capped_at_ends(constraint, rules, of, a, b, _scale(rules))
     kept = replace(constraint, zones=_grown(constraint.zones, allowance, a, b))
     where = _map_of(kept, rules, resolution)
     path = _searched(planner, where, kept, a, b, seed, time_limit_s)
@@ -153,7 +160,8 @@ def plan_path(
         "envelope": envelope,
         "unbounded": constraint.unbounded,
         "capped": constraint.capped,
-        "metres_per_unit": rules.metres_per_unit,
+        "metres_per_unit": _scale(rules),
+        "judged_by": constraint.judged_by,
     }
     if path is not None:
         return Plan(

@@ -123,6 +123,8 @@ class Plan:
             scene obeys asks for more.
         seconds: Wall time of planning and checking.
         metres_per_unit: Or None where the set does not say.
+        judged_by: ``rule``: `check` is exact. ``model``: the scene does not list its objects,
+            and `check` is the model's own reading of the picture.
     """
 
     scene_id: str
@@ -140,6 +142,7 @@ class Plan:
     capped: Mapping[str, float] = field(default_factory=dict)
     seconds: float = 0.0
     metres_per_unit: float | None = None
+    judged_by: Literal["rule", "model"] = "rule"
 
     @property
     def found(self) -> bool:
@@ -167,6 +170,7 @@ class Plan:
             "violations": [v.to_json() for v in self.check.violations],
             "blocked_by": list(self.blocked_by),
             "reason": self.reason,
+            "judged_by": self.judged_by,
             "unbounded": list(self.unbounded),
             "capped": dict(self.capped),
             "metres_per_unit": self.metres_per_unit,

@@ -13,11 +13,10 @@ import numpy as np
 
 from demospec.errors import InputError
 from demospec.frames import FloatArray, PixelFrame
-from demospec.planning._constraint import capped_zones
+from demospec.planning._constraint import Plannable, capped_zones
 from demospec.planning._cost_map import CostMap
 from demospec.planning._plan import cost_map, plan_path
 from demospec.planning._results import Envelope, Plan
-from demospec.rules import RuleSet
 from demospec.scene import Scene
 
 SPEED_M_S = 0.1
@@ -71,7 +70,7 @@ class ExportRequest:
 
 
 def export_request(
-    rules: RuleSet,
+    rules: Plannable,
     scene: Scene,
     type: str | None = None,
     envelope: Envelope = "upper",
