@@ -119,3 +119,61 @@ def test_memory_does_not_grow_with_the_set(tmp_path: Path) -> None:
     count, grown = done.stdout.split()
     assert int(count) == n
     assert float(grown) < 120  # MB; the whole set in memory would be 190 MB and more
+
+
+def test_samples_are_parts_of_the_set_in_its_order(tmp_path: Path) -> None:
+    from demospec.demonstrations import sample_set
+
+    root = write_small(tmp_path / "set", 60)
+    whole = read_set(root)
+    part = sample_set(root, per_type=7, seed=1, rows=11)
+    assert [list(part.demonstrations.type).count(t) for t in whole.types] == [7, 7]
+    names = list(whole.demonstrations.demo_id)
+    places = [names.index(n) for n in part.demonstrations.demo_id]
+    assert places == sorted(places)
+    assert part.demonstrations == whole.demonstrations.rows(places)
+    assert sample_set(root, per_type=7, seed=1, rows=60) == part  # whatever the batches
+    assert sample_set(root, per_type=7, seed=2) != part
+    assert len(sample_set(root, per_type=1000).demonstrations) == 60
+
+
+def test_every_demonstration_has_the_same_chance(tmp_path: Path) -> None:
+    from demospec.demonstrations import sample_set
+
+    root = write_small(tmp_path / "set", 12, pictures=False)
+    count = np.zeros(12)
+    for seed in range(120):
+        part = sample_set(root, per_type=2, seed=seed, rows=5)
+        for name in part.demonstrations.demo_id:
+            count[int(name[1:])] += 1
+    # 120 draws of 2 of 6: 40 each, standard deviation about 5.
+    assert count.sum() == 480
+    assert np.abs(count - 40).max() < 22
+
+
+def test_commands_answer_alike_in_batches(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    import json
+
+    from demospec.cli import _predict, main
+
+    root = write_small(tmp_path / "set", 11)
+
+    def change(items: list[dict]) -> list[dict]:
+        return [{**item, "type": None} if i % 4 == 0 else item for i, item in enumerate(items)]
+
+    rewrite_table(root, change)
+    rule = {"clearance": {"relevant": ["glass"], "value": {"glass": 3.0}}}
+    (tmp_path / "rule.json").write_text(json.dumps({"types": {"careful": rule, "normal": rule}}))
+
+    def predicted() -> dict:
+        with pytest.raises(SystemExit) as stop:
+            main(["predict", str(tmp_path / "rule.json"), str(root), "--json"])
+        assert stop.value.code == 0
+        return json.loads(capsys.readouterr().out)
+
+    at_once = predicted()
+    monkeypatch.setattr(_predict, "LARGE", 3)
+    assert predicted() == at_once
+    assert len(at_once["predictions"]) == 14
