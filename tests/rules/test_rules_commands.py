@@ -94,6 +94,37 @@ def test_one_problem_or_several(tmp_path: Path, capsys: pytest.CaptureFixture[st
     assert "from drills" in out
 
 
+def test_unknown_F_max_and_nothing_but_good_demonstrations(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "problem.json"
+    problem = {
+        "F_max": None,
+        "metres_per_unit": 0.004,
+        "scenes": [{"objects": [{"id": "d", "class": "drill", "center": [20, 20]}]}],
+        "trajectories": [
+            {"valid": True, "points": [[0, 40], [30, 38], [80, 40]]},
+            {"valid": False, "points": [[0, 40], [20, 26], [80, 40]]},
+        ],
+    }
+    file.write_text(json.dumps(problem))
+    status, out, _ = run(capsys, "rules", file, "--json")
+    assert status == 0
+    assert json.loads(out)["unbounded_above"] is True
+    status, out, _ = run(capsys, "rules", file)
+    assert "unbounded above" in " ".join(out.split())
+    status, out, _ = run(capsys, "rules", file, "--f-max", 50, "--json")
+    assert json.loads(out)["settings"]["F_max"] == 50
+    problem["F_max"], problem["trajectories"] = 50, problem["trajectories"][:1]  # type: ignore[index]
+    file.write_text(json.dumps(problem))
+    status, out, _ = run(capsys, "rules", file, "--json")
+    assert json.loads(out)["largest"]["T_min"] == 20  # √(10² + 18²) = 20.6
+    file.write_text(json.dumps({**problem, "metres_per_unit": "4 mm"}))
+    status, _, err = run(capsys, "rules", file)
+    assert status == 2
+    assert "metres_per_unit" in err
+
+
 @pytest.mark.parametrize(
     ("change", "says"),
     [

@@ -5,10 +5,13 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from demospec.errors import InputError
 from demospec.frames import describe_length
+
+if TYPE_CHECKING:
+    from demospec.rules._problem import RuleProblem
 
 
 @dataclass(frozen=True)
@@ -72,13 +75,13 @@ def _clearance(document: dict[str, Any]) -> ProblemAnswer:
         )
         for symbol in problem.symbols
     )
-    units = document.get("units", "px")
+    units, scale = _units(document)
     text = clearance_words(
         answer["value"],
         problem.symbols,
         answer["uninformed"],
-        metres_per_unit=document.get("metres_per_unit"),
-        units=units if isinstance(units, str) else "px",
+        metres_per_unit=scale,
+        units=units,
         distance=problem.distance,
     )
     header = ("class", "matters", "clearance", "at least", "at most")
@@ -91,13 +94,22 @@ def _influence(document: dict[str, Any], options: Mapping[str, Any]) -> ProblemA
     from demospec.rules._solve import solve
 
     problem = problem_from_document(document)
-    answer = solve(problem, **options)
-    scale = document.get("metres_per_unit")
-    units = document.get("units", "px")
+    units, scale = _units(document)
 
     def length(value: float) -> str:
         return describe_length(value, scale, units)
 
+    if problem.F_max is None:
+        return _unknown_F_max(problem, options.get("time_limit_s"))
+    answer = solve(problem, **options)
+    sentences = describe_influence(answer, problem, length)
+    found = answer.to_json()
+    if answer.hull_T_min is not None and not answer.contradicted and problem.valid.all():
+        from demospec.rules._positive import solve_positive
+
+        largest = solve_positive(problem, options.get("time_limit_s"), length)
+        found["largest"] = {"T_min": largest.largest_T_min, "radius": largest.largest_radius}
+        sentences = (*sentences, *largest.sentences)
     rows = []
     if answer.min is not None and answer.max is not None:
         hull_T = answer.hull_T_min or (None, None)
@@ -107,9 +119,34 @@ def _influence(document: dict[str, Any], options: Mapping[str, Any]) -> ProblemA
             rows.append((name, answer.min[k + 1], answer.max[k + 1], *hull, _flag(answer, name)))
         rows.append(("L", answer.L_min, answer.L_max, None, None, ""))
     header = ("parameter", "at min L", "at max L", "hull from", "hull to", "")
-    return ProblemAnswer(
-        answer.to_json(), header, tuple(rows), describe_influence(answer, problem, length)
-    )
+    return ProblemAnswer(found, header, tuple(rows), sentences)
+
+
+def _unknown_F_max(problem: RuleProblem, time_limit_s: float | None) -> ProblemAnswer:
+    """F_max null: what the labels say of it and of the thresholds together."""
+    from demospec.rules._fmax import identify_F_max
+
+    answer = identify_F_max(problem, time_limit_s)
+    document = {"family": "influence", **answer.to_json(), "settings": problem.settings()}
+    rows: list[tuple[Any, ...]] = []
+    if answer.F_max is not None:
+        low, high = answer.F_max
+        rows.append(("F_max", low, "no bound" if high is None else high))
+    if answer.hull_T_min is not None and answer.hull_radius is not None:
+        rows.append(("T_min", *answer.hull_T_min))
+        rows += [(n, *pair) for n, pair in zip(answer.names, answer.hull_radius, strict=True)]
+    return ProblemAnswer(document, ("parameter", "from", "to"), tuple(rows), (answer.sentence,))
+
+
+def _units(document: Mapping[str, Any]) -> tuple[str, float | None]:
+    """Unit word and metres per unit of a problem document."""
+    units, scale = document.get("units", "px"), document.get("metres_per_unit")
+    if not isinstance(units, str):
+        raise InputError("a word such as px", units, field="units")
+    number = isinstance(scale, int | float) and not isinstance(scale, bool)
+    if scale is not None and not (number and 0 < scale < 1e9):
+        raise InputError("a number > 0 or null", scale, field="metres_per_unit")
+    return units, scale
 
 
 def _flag(answer: Any, name: str) -> str:
