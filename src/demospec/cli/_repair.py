@@ -34,7 +34,7 @@ def repair(
     confidence: Annotated[
         float,
         typer.Option("--confidence", min=0.5, max=0.999, help="p(valid) that a repair reaches."),
-    ] = 0.8,
+    ] = 0.9,
     json: Json = False,
     out: Out = None,
 ) -> None:

@@ -41,8 +41,8 @@ class RepairSettings:
 
     particles: int = 16
     steps: int = STEPS
-    step: float = 0.06
-    confidence: float = 0.8
+    step: float = 0.08
+    confidence: float = 0.9
 
     def __post_init__(self) -> None:
         if not 1 <= self.particles <= MAX_PARTICLES:
@@ -110,7 +110,8 @@ def repair(
     low_x, low_y, high_x, high_y = plane_bounds(view.scene)
     side = max(high_x - low_x, high_y - low_y)
     logits, p = plane.logits_and_p(z0, type)
-    goal_logit = np.full(len(z0), _target(logits, p, settings.confidence))
+    certain = bool(np.isin(p, (0.0, 1.0)).all())
+    goal_logit = np.full(len(z0), _target(certain, settings.confidence))
     if known_invalid is not None:
         goal_logit += np.where(np.asarray(known_invalid, dtype=bool), np.maximum(logits, 0.0), 0.0)
     search = _Search(plane, type, z0, goal_logit, settings, side)
@@ -131,10 +132,10 @@ def repair(
     )
 
 
-def _target(logits: FloatArray, p: FloatArray, confidence: float) -> float:
+def _target(certain: bool, confidence: float) -> float:
     """The logit that a repair must reach."""
-    if np.isin(p, (0.0, 1.0)).all():
-        return 0.05  # a rule's margin, set units: certain, so a hair's breadth is enough
+    if certain:
+        return 0.05  # a rule's margin, set units: a hair's breadth is enough
     return float(np.log(confidence / (1 - confidence)))
 
 
