@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from demospec.demonstrations._schema import SceneLine, parse
+from demospec.demonstrations.readers._csv_file import CsvTable
 from demospec.demonstrations.readers._mapping import Mapping
 from demospec.demonstrations.readers._recording import RawScene, Recording, Source
-from demospec.demonstrations.readers._table_files import CsvTable
 from demospec.errors import InputError
 from demospec.files import parse_json, read_bytes, read_json
 from demospec.frames import FloatArray
