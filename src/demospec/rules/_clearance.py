@@ -57,6 +57,7 @@ NOISES = ((0.75, 0.1), (1.5, 0.1), (3.0, 0.1))
 _RATES = ((0.002, 0.7), (0.03, 0.3))  # wrong labels beside distance errors
 _CLOSER_LOOK = 8  # subsets that get the costlier models
 _MOST_PARTICLES = 400
+_MOST_KEPT = 200  # subsets in the posterior
 _PIECES = 8
 
 
@@ -190,35 +191,34 @@ def _posterior(
 ) -> Particles:
     """All models weighed: subsets × shared or separate × distance error or none."""
     sparse = log(INCLUSION) * members.sum(axis=1).astype(np.float64)
-    near = nearest_of(members, d)
-    mass, low, high = shared_evidence(prior.share(near), ok, table)
     clean = log(1.0 - sum(p for _, p in NOISES))
-    score = sparse + np.array([log_sum(row) for row in mass])
+    score = sparse + _log_evidence(d, ok, members, prior, table)
     parts: list[Particles] = []
     rates = tuple(rate for rate, _ in _RATES)
     noises = [
         Noise(sigma * unit, rates, tuple(log(p) + log(share) for _, share in _RATES))
         for sigma, p in NOISES
     ]
-    best = int(score.argmax())
-    weight = np.exp(mass[best] - mass[best].max())
-    start = float(weight @ prior.clearance((low[best] + high[best]) / 2) / weight.sum())
     every = np.isfinite(d).any(axis=0)  # "everything" is a short description too
     row = np.flatnonzero((members == every).all(axis=1))
     if len(row) and every.sum() > EVERYTHING:
         bonus = log(INCLUSION) * (EVERYTHING - every.sum())
         sparse[row] += bonus
         score[row] += bonus
-    closer = np.argsort(-score, kind="stable")[:_CLOSER_LOOK]
-    best = int(closer[0])
-    one_each = members.sum(axis=1) <= 1
-    for s in np.flatnonzero(score > score[best] - 12.0).tolist():
-        part = _hard(members[s], mass[s], low[s], high[s], prior)
-        parts.append(part.scaled(sparse[s] + clean + _share_prior(sharing, bool(one_each[s]))))
-    for s in closer.tolist():
-        share = _share_prior(sharing, bool(one_each[s]))
-        if share > -np.inf:
-            part = _soft(members[s], near[s], ok, prior, noises, start, unit)
+    best_first = np.argsort(-score, kind="stable")
+    kept = best_first[: max(int((score > score.max() - 12.0).sum()), _CLOSER_LOOK)][:_MOST_KEPT]
+    near = nearest_of(members[kept], d)
+    mass, low, high = shared_evidence(prior.share(near), ok, table)
+    weight = np.exp(mass[0] - mass[0].max())
+    start = float(weight @ prior.clearance((low[0] + high[0]) / 2) / weight.sum())
+    for i, s in enumerate(kept.tolist()):
+        share = _share_prior(sharing, bool(members[s].sum() <= 1))
+        if share == -np.inf:
+            continue
+        part = _hard(members[s], mass[i], low[i], high[i], prior)
+        parts.append(part.scaled(sparse[s] + clean + share))
+        if i < _CLOSER_LOOK:
+            part = _soft(members[s], near[i], ok, prior, noises, start, unit)
             parts.append(part.scaled(sparse[s] + share))
     if sharing != "shared":
         split = log(SEPARATE) if sharing == "average" else 0.0
@@ -228,6 +228,19 @@ def _posterior(
             parts.append(part.scaled(sparse[s] + split))
     joined = Particles.joined(parts)
     return _thinned(joined.scaled(-log_sum(joined.log_weight)))
+
+
+def _log_evidence(
+    d: FloatArray, ok: BoolArray, members: BoolArray, prior: ClearancePrior, table: FloatArray
+) -> FloatArray:
+    """(s,) log P(labels | subset), one clearance, exact distances; in blocks of bounded memory."""
+    out = np.empty(len(members))
+    step = max(1, 500_000 // len(ok))
+    for at in range(0, len(members), step):
+        near = nearest_of(members[at : at + step], d)
+        mass, _, _ = shared_evidence(prior.share(near), ok, table)
+        out[at : at + step] = [log_sum(row) for row in mass]
+    return out
 
 
 def _share_prior(sharing: Sharing, one: bool) -> float:
