@@ -232,13 +232,16 @@ def test_every_way_to_read_refuses_in_one_line(
         assert digest(root) == before
 
 
-def test_a_truncated_picture_is_named_when_its_pixels_are_needed(tmp_path: Path) -> None:
+def test_a_truncated_picture_is_named_by_check_and_when_its_pixels_are_needed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     root = write_small(tmp_path / "set")
     whole = (root / "scenes" / "s0.png").read_bytes()
     (root / "scenes" / "s0.png").write_bytes(whole[:-30])
     data = read_set(root)
     with pytest.raises(InputError, match=r"s0\.png: expected a whole picture"):
         _ = data.scenes[0].pixels()
+    assert "s0.png: expected a whole picture" in refused(capsys, "check", str(root))
 
 
 def test_no_folder_no_permission_no_name(

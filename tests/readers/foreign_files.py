@@ -246,3 +246,25 @@ def write_mcap(file: Path, points: np.ndarray, verdict: bool) -> None:
             data = bytes(store.serialize_cdr(message, kind))
             writer.add_message(channels[topic], log_time=now, publish_time=now, data=data)
         writer.finish()
+
+
+def write_ros1(file: Path, points: np.ndarray) -> None:
+    """A ROS 1 bag with one pose topic, by rosbags."""
+    from rosbags.rosbag1 import Writer
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS1_NOETIC)
+    t = store.types
+    kind = "geometry_msgs/msg/PoseStamped"
+    with Writer(file) as writer:
+        connection = writer.add_connection("/tool_pose", kind, typestore=store)
+        for i, (x, y, z) in enumerate(points.tolist()):
+            header = t["std_msgs/msg/Header"](
+                seq=i, stamp=t["builtin_interfaces/msg/Time"](sec=100 + i, nanosec=0), frame_id="t"
+            )
+            pose = t["geometry_msgs/msg/Pose"](
+                position=t["geometry_msgs/msg/Point"](x=x, y=y, z=z),
+                orientation=t["geometry_msgs/msg/Quaternion"](x=0.0, y=0.0, z=0.0, w=1.0),
+            )
+            data = store.serialize_ros1(t[kind](header=header, pose=pose), kind)
+            writer.write(connection, (100 + i) * 10**9, data)

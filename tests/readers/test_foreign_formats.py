@@ -13,10 +13,12 @@ from foreign_files import (
     write_lerobot,
     write_mcap,
     write_robomimic,
+    write_ros1,
 )
 
 from demospec.demonstrations import check_set, read_set
 from demospec.demonstrations.readers import Mapping, convert, guess_format, read_source
+from demospec.errors import InputError
 
 # Metres on the table to pixels of a 64×48 picture: 80 pixels a metre, y up.
 TO_PIXELS = {"pairs": [[[0, 0], [0, 48]], [[0.8, 0], [64, 48]], [[0, 0.6], [0, 0]],
@@ -126,3 +128,26 @@ def test_joints_by_name(tmp_path: Path) -> None:
     how = mapping(path="/joint_states", columns={"x": "gantry_x", "y": "gantry_y"})
     data = read_source(tmp_path / "bag", mapping=how).data
     np.testing.assert_allclose(data.demonstrations[0].points, arc(20)[:, :2])
+
+
+def test_older_and_bare_bags(tmp_path: Path) -> None:
+    pytest.importorskip("rosbags", reason="pip install 'demospec[ros]'")
+    write_ros1(tmp_path / "old.bag", arc(5))
+    item = read_source(tmp_path / "old.bag").data.demonstrations[0]
+    np.testing.assert_allclose(item.points, arc(5))
+    assert item.t is not None
+    assert item.t.tolist() == [0, 1, 2, 3, 4]
+    write_bag(tmp_path / "bag", arc(5), True)
+    (storage,) = (tmp_path / "bag").glob("*.db3")
+    bare = storage.rename(tmp_path / "bare.db3")
+    item = read_source(bare, mapping=mapping(path="/tool_pose")).data.demonstrations[0]
+    np.testing.assert_allclose(item.points, arc(5))
+
+
+def test_several_pose_topics_must_be_told_apart(tmp_path: Path) -> None:
+    pytest.importorskip("rosbags", reason="pip install 'demospec[ros]'")
+    write_bag(tmp_path / "bag", arc(5), True)
+    with pytest.raises(InputError, match="a topic /nowhere"):
+        read_source(tmp_path / "bag", mapping=mapping(path="/nowhere"))
+    with pytest.raises(InputError, match="a field /nowhere"):
+        read_source(tmp_path / "bag", mapping=mapping(path="/tool_pose", valid="/nowhere"))

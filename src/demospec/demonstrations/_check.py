@@ -41,7 +41,7 @@ def check_set(
     root = set_folder(folder)
     report = CheckReport(os.fspath(folder))
     header, version = _check_header(root, report)
-    scenes, names = _check_scenes(root, report, header, version)
+    scenes, names = _check_scenes(root, report, header, version, progress)
     check_rows(root, report, header, version, scenes, names, rows, progress)
     report.problems.sort(key=lambda p: p.severity != "error")
     return report
@@ -74,7 +74,7 @@ def _check_header(root: Path, report: CheckReport) -> tuple[Header | None, int]:
 
 
 def _check_scenes(
-    root: Path, report: CheckReport, header: Header | None, version: int
+    root: Path, report: CheckReport, header: Header | None, version: int, progress: Progress
 ) -> tuple[list[Scene], set[str]]:
     """The readable scenes, and the names of all."""
     file = root / "scenes" / "metadata.jsonl"
@@ -106,9 +106,12 @@ def _check_scenes(
             continue
         try:
             scene = read_scene(root, file, row, line, version)
+            if scene.picture is not None:
+                _ = scene.picture.pixels  # a truncated picture has a good header
         except InputError as error:
             report.error(error)
             continue
+        progress("pictures", row + 1, len(lines))
         scenes.append(scene)
         _check_objects(scene, file, row, header, report)
     if not names and not scenes:
