@@ -67,6 +67,23 @@ def test_subsets_and_intervals_against_a_fine_grid(seed: int) -> None:
         assert space.fewest_classes_bound() <= min(len(s) for s in feasible)
 
 
+def test_touching_is_a_clearance_of_zero() -> None:
+    """Accepted at distance 0, rejected inside: the class matters, with exactly 0."""
+    space = ClearanceSpace.of(np.array([[0.0], [-1.0]]), np.array([True, False]))
+    assert space.allows([0])
+    assert space.interval([0], 0) == (0.0, 0.0)
+
+
+def test_a_distance_equal_to_the_clearance_keeps_it() -> None:
+    d, valid, _ = world(2, NORMAL, 3)
+    fit = fit_clearance(d, valid, SYMBOLS)
+    part = fit.particles
+    i = int(np.argmax(np.where(part.sigma == 0, part.log_weight, -np.inf)))
+    c, far = part.clearance[i, 3], np.inf
+    at, below = fit.p_valid([[far, far, far, c], [far, far, far, np.nextafter(c, -1)]])
+    assert at - below >= 0.99 * np.exp(part.log_weight[i])
+
+
 def test_shared_evidence_is_the_integral() -> None:
     rng = np.random.default_rng(5)
     d, valid = rng.uniform(-2, 10, (12, 3)), rng.random(12) < 0.5
