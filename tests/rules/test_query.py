@@ -136,10 +136,10 @@ def test_asking_beats_chance() -> None:
 
 def test_a_teacher_who_errs_is_survived() -> None:
     near = []
-    for seed in range(3):
+    for seed in range(2):
         rng = np.random.default_rng(seed)
         truth = rng.integers([1, 1, 1], [7, 10, 10])
-        problem, _ = teach(small(), truth, 30, errs=0.05, seed=seed)
+        problem, _ = teach(small(), truth, 22, errs=0.05, seed=seed)
         left = weighed_sets(problem, 0.05, 0)
         # Judged as the truth judges, by the most believed set, on fresh paths.
         best = left.sets[left.weight.argmax()]
