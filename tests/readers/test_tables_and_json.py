@@ -333,3 +333,15 @@ def test_a_source_that_vanishes_is_one_line(
     monkeypatch.setattr(_convert, "guess_format", gone)
     with pytest.raises(InputError, match="Permission denied"):
         read_source(file)
+
+
+@pytest.mark.parametrize("name", ["../secret.png", "/etc/hostname", "a\0b"])
+def test_pictures_outside_the_source_are_refused(tmp_path: Path, name: str) -> None:
+    (tmp_path / "secret.png").write_bytes(png(picture(0)))
+    scene = {"scene_id": "s", "start": [1, 2], "goal": [3, 4], "file_name": name}
+    items = [{"id": "d", "scene_id": "s", "points": [[1, 2], [3, 4]]}]
+    (tmp_path / "in").mkdir()
+    file = tmp_path / "in" / "a.json"
+    file.write_text(json.dumps({"scenes": [scene], "demonstrations": items}))
+    with pytest.raises(InputError, match="file_name: expected a file in the folder in"):
+        read_source(file)

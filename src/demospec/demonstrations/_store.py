@@ -112,7 +112,7 @@ def read_scene(root: Path, file: Path, row: int, line: bytes, version: int) -> S
     item = parse(SceneLine, document, file=file, row=row)
     picture = None
     if item.file_name is not None:
-        picture = Picture(file=_inside(root / "scenes", item.file_name, file, row))
+        picture = Picture(file=inside(root / "scenes", item.file_name, file, row))
         _ = picture.size_px  # a missing or broken picture is named now, not in a later stage
     try:
         return item.to_scene(picture)
@@ -120,7 +120,7 @@ def read_scene(root: Path, file: Path, row: int, line: bytes, version: int) -> S
         raise error.at(file=file, row=row) from error
 
 
-def _inside(folder: Path, name: str, file: Path, row: int) -> Path:
+def inside(folder: Path, name: str, file: Path, row: int | str) -> Path:
     """The picture's path; refuses names that leave the folder, by links too."""
     base = Path(os.path.realpath(folder))
     try:
@@ -128,10 +128,12 @@ def _inside(folder: Path, name: str, file: Path, row: int) -> Path:
         there = target.is_file()
     except (OSError, ValueError, RuntimeError) as error:  # too long, a NUL, a loop of links
         raise InputError(
-            "a file in the scenes folder", name, file=file, row=row, field="file_name"
+            f"a file in the folder {folder.name}", name, file=file, row=row, field="file_name"
         ) from error
     if os.path.isabs(name) or not target.is_relative_to(base):
-        raise InputError("a file in the scenes folder", name, file=file, row=row, field="file_name")
+        raise InputError(
+            f"a file in the folder {folder.name}", name, file=file, row=row, field="file_name"
+        )
     if not there:
         raise InputError("a picture that exists", name, file=file, row=row, field="file_name")
     return target

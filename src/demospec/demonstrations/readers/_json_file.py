@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from demospec.demonstrations._schema import SceneLine, parse
+from demospec.demonstrations._store import inside
 from demospec.demonstrations.readers._csv_file import CsvTable
 from demospec.demonstrations.readers._mapping import Mapping
 from demospec.demonstrations.readers._recording import RawScene, Recording, Source
@@ -70,7 +71,7 @@ def _add_scene(source: Source, line: object, path: Path, row: int) -> None:
     name = item.file_name
 
     def load() -> Picture:
-        picture = Picture(file=path.parent / str(name))
+        picture = Picture(file=inside(path.parent, str(name), path, f"scene {row}"))
         _ = picture.size_px
         return picture
 
