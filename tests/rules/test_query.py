@@ -60,7 +60,7 @@ def teach(problem: RuleProblem, truth: np.ndarray, questions: int, errs: float =
     rng = np.random.default_rng(seed)
     bits = []
     for asked in range(questions):
-        query = next_query(problem, seed=seed * 100 + asked, error_rate=errs, pool=80)
+        query = next_query(problem, seed=seed * 100 + asked, error_rate=errs, pool=60)
         if query.status == "settled":
             break
         bits.append(query.bits)
@@ -139,7 +139,7 @@ def test_a_teacher_who_errs_is_survived() -> None:
     for seed in range(2):
         rng = np.random.default_rng(seed)
         truth = rng.integers([1, 1, 1], [7, 10, 10])
-        problem, _ = teach(small(), truth, 22, errs=0.05, seed=seed)
+        problem, _ = teach(small(), truth, 32, errs=0.05, seed=seed)
         left = weighed_sets(problem, 0.05, 0)
         # Judged as the truth judges, by the most believed set, on fresh paths.
         best = left.sets[left.weight.argmax()]
