@@ -169,6 +169,14 @@ def test_five_objects_by_sample_say_estimate() -> None:
     assert query.to_json()["estimate"] is True
 
 
+def test_ends_that_tell_nothing_are_not_taken_for_settled() -> None:
+    """Everything shown began on an object: a path from there is rejected by every rule."""
+    stuck = RuleTrajectory(0, False, np.array([[20.0, 20.0], [20.0, 20.0]]))
+    query = next_query(small(trajectories=(stuck,)))
+    assert query.status == "ask"
+    assert query.bits > 0.95
+
+
 def test_points_in_space_and_extra_columns() -> None:
     items = (RuleObject("a", "a", (20.0, 20.0, 5.0)), RuleObject("b", "b", (34.0, 26.0, 9.0)))
     problem = replace(small(), scenes=(RuleScene(items),))

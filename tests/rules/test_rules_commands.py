@@ -119,6 +119,9 @@ def test_unknown_F_max_and_nothing_but_good_demonstrations(
     file.write_text(json.dumps(problem))
     status, out, _ = run(capsys, "rules", file, "--json")
     assert json.loads(out)["largest"]["T_min"] == 20  # √(10² + 18²) = 20.6
+    file.write_text(json.dumps({**problem, "trajectories": []}))
+    status, out, _ = run(capsys, "rules", file, "--json")
+    assert (status, json.loads(out)["status"]) == (0, "optimal")
     file.write_text(json.dumps({**problem, "metres_per_unit": "4 mm"}))
     status, _, err = run(capsys, "rules", file)
     assert status == 2

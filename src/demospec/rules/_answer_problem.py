@@ -104,7 +104,8 @@ def _influence(document: dict[str, Any], options: Mapping[str, Any]) -> ProblemA
     answer = solve(problem, **options)
     sentences = describe_influence(answer, problem, length)
     found = answer.to_json()
-    if answer.hull_T_min is not None and not answer.contradicted and problem.valid.all():
+    only_good = bool(problem.trajectories) and bool(problem.valid.all())
+    if only_good and answer.hull_T_min is not None and not answer.contradicted:
         from demospec.rules._positive import solve_positive
 
         largest = solve_positive(problem, options.get("time_limit_s"), length)

@@ -129,21 +129,41 @@ def next_query(
         left = weighed_sets(problem, error_rate, seed)
     rng = np.random.default_rng(seed)
     judges = _judges(left, rng)
-    places = probe_places(problem)
+    # Ends that were shown first; where those tell little, ends out of everything's influence.
+    found: list[tuple[float, Probe]] = []
+    for shown in (True, False):
+        places = probe_places(problem, shown=shown)
+        if random:
+            found = _score(problem, [_draw(rng, problem, places, judges)], judges, error_rate)
+            break
+        found += _search(problem, places, judges, error_rate, pool, rng)
+        if max(bits for bits, _ in found) >= 0.5 * answer_bits(0.5, error_rate):
+            break
+    best = sorted(found, key=lambda s: -s[0])[:_FINALISTS]
+    return _counted(problem, [p for _, p in best], left, error_rate, note)
+
+
+def _search(
+    problem: RuleProblem,
+    places: Sequence[Place],
+    judges: np.ndarray,
+    error_rate: float,
+    pool: int,
+    rng: np.random.Generator,
+) -> list[tuple[float, Probe]]:
+    """The best probes of a pool, varied until one splits evenly; bits and probe."""
     probes = [_draw(rng, problem, places, judges) for _ in range(pool)]
-    if random:
-        probes = [probes[i] for i in rng.permutation(len(probes))[:1]]
     scored = _score(problem, probes, judges, error_rate)
     best = sorted(scored, key=lambda s: -s[0])[: 3 * _FINALISTS]
     enough = _ENOUGH * answer_bits(0.5, error_rate)
-    for _ in range(0 if random else _ROUNDS):
+    for _ in range(_ROUNDS):
         if best[0][0] >= enough:
             break
         near = [probe.varied(rng) for _, probe in best for _ in range(10)]
         near += [_draw(rng, problem, places, judges) for _ in range(pool // 3)]
         scored = [*best, *_score(problem, near, judges, error_rate)]
         best = sorted(scored, key=lambda s: -s[0])[: 3 * _FINALISTS]
-    return _counted(problem, [p for _, p in best[:_FINALISTS]], left, error_rate, note)
+    return best
 
 
 def query_file(
@@ -180,16 +200,20 @@ def _judges(left: WeighedSets, rng: np.random.Generator) -> np.ndarray:
     return np.asarray(left.sets[np.clip(rows, 0, len(left.sets) - 1)])
 
 
-def probe_places(problem: RuleProblem) -> list[Place]:
-    """Scenes with objects, and where paths begin and end in them."""
+def probe_places(problem: RuleProblem, *, shown: bool = True) -> list[Place]:
+    """Scenes with objects, and where paths begin and end in them.
+
+    Args:
+        shown: Where demonstrations began and ended, if there are any; else out of reach.
+    """
     places = []
-    shown = [p.points for p in problem.trajectories]
+    every = [p.points for p in problem.trajectories]
     for s, scene in enumerate(problem.scenes):
         if not scene.objects:
             continue
         centers = np.array([o.center[:2] for o in scene.objects], dtype=np.float64)
-        mine = [p.points for p in problem.trajectories if p.scene == s] or shown
-        if mine:
+        mine = [p.points for p in problem.trajectories if p.scene == s] or every
+        if mine and shown:
             starts = np.unique([p[0, :2] for p in mine], axis=0)[:50]
             goals = np.unique([p[-1, :2] for p in mine], axis=0)[:50]
         else:
