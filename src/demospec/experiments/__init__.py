@@ -8,27 +8,34 @@ from typing import TYPE_CHECKING, Any
 from demospec.experiments._stages import RunRecord, Stage, run_stages
 
 if TYPE_CHECKING:
+    from demospec.experiments._ablation import GridSettings, grid_table, run_grid
     from demospec.experiments._split import PicturesOnly, hold_out, without_objects
     from demospec.experiments._studies import accuracy_study, plan_study, repair_study
 
 __all__ = [
+    "GridSettings",
     "PicturesOnly",
     "RunRecord",
     "Stage",
     "accuracy_study",
+    "grid_table",
     "hold_out",
     "plan_study",
     "repair_study",
+    "run_grid",
     "run_stages",
     "without_objects",
 ]
 
 _HOME = {
+    "GridSettings": "_ablation",
     "PicturesOnly": "_split",
     "accuracy_study": "_studies",
+    "grid_table": "_ablation",
     "hold_out": "_split",
     "plan_study": "_studies",
     "repair_study": "_studies",
+    "run_grid": "_ablation",
     "without_objects": "_split",
 }
 

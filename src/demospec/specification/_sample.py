@@ -143,13 +143,12 @@ def diversity(points: FloatArray) -> float:
 
 def _shares(labels: NDArray[np.int64], modes: int, n: int) -> NDArray[np.int64]:
     """How many samples each region gives; their sum is n where there is a region."""
+    wanted = np.zeros(modes, dtype=np.int64)
     if modes == 0:
-        return np.zeros(0, dtype=np.int64)
-    areas = np.bincount(labels[labels >= 0], minlength=modes)
-    weight = np.sqrt(areas)
-    wanted = np.floor(n * weight / weight.sum()).astype(np.int64)
-    for mode in range(min(modes, n)):
-        wanted[mode] = max(wanted[mode], 1)
+        return wanted
+    weight = np.sqrt(np.bincount(labels[labels >= 0], minlength=modes))
+    wanted += np.floor(n * weight / weight.sum()).astype(np.int64)
+    wanted[:n] = np.maximum(wanted[:n], 1)
     while wanted.sum() > n:
         wanted[int(wanted.argmax())] -= 1
     wanted[0] += n - wanted.sum()

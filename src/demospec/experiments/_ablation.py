@@ -1,0 +1,299 @@
+"""The paper's ablation grid: models × demonstrations per scene × seeds, one line per fit.
+
+A grid is a list of `Cell`s. Finished ones are lines of a JSON-lines file: a run that was cut
+off goes on where it stopped. All types of a cell share one fit (encoder and decoder see the
+same pictures whatever the type), so that 3 types × 3 ablations × 9 × 10 seeds are 270 fits.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from demospec.demonstrations import DemonstrationSet, simulate_set
+from demospec.errors import InputError
+from demospec.files import parse_json
+from demospec.progress import Progress, silent
+
+MODELS = ("full", "autoencoder", "classifier", "irl", "field")
+MOST = 9
+"""Most demonstrations per scene and type that a fit sees (paper: 9)."""
+
+HELD_OUT = 9
+"""Further demonstrations per scene and type, kept for measuring seen scenes."""
+
+
+@dataclass(frozen=True)
+class GridSettings:
+    """Which fits.
+
+    Args:
+        models: Of `MODELS`; the first three are ablations of the paper's model.
+        counts: Demonstrations per scene and type.
+        seeds: Each draws its own set and its own initial weights.
+        catalogue: Items of the scenes.
+        train_scenes, test_scenes: Per seed.
+        reading: ``uniform``: held-out demonstrations are drawn as the training ones, and both
+            are what random paths are. ``clustered``: demonstrators repeat themselves. A
+            scene's demonstrations of a type are near copies of few paths, as people's are; the
+            held-out ones are near copies of the same paths.
+        steps: Of the paper's model.
+    """
+
+    models: tuple[str, ...] = ("full", "autoencoder", "classifier", "irl")
+    counts: tuple[int, ...] = tuple(range(1, MOST + 1))
+    seeds: tuple[int, ...] = tuple(range(10))
+    catalogue: str = "builtin"
+    train_scenes: int = 20
+    test_scenes: int = 20
+    reading: Literal["uniform", "clustered"] = "uniform"
+    steps: int = 300
+
+    def __post_init__(self) -> None:
+        for name in self.models:
+            if name not in MODELS:
+                raise InputError(", ".join(MODELS), name, field="models")
+        if not all(1 <= n <= MOST for n in self.counts):
+            raise InputError(f"counts from 1 to {MOST}", list(self.counts), field="counts")
+        if self.reading not in ("uniform", "clustered"):
+            raise InputError("uniform or clustered", self.reading, field="reading")
+
+    def cells(self) -> Iterator[Cell]:
+        """Every fit; sets change slowest, so that each is simulated once."""
+        for seed in self.seeds:
+            for model in self.models:
+                for n in self.counts:
+                    yield Cell(seed, model, n)
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One fit of the grid."""
+
+    seed: int
+    model: str
+    n: int
+
+
+def run_grid(
+    file: Path,
+    settings: GridSettings | None = None,
+    *,
+    workers: int = 1,
+    progress: Progress = silent,
+) -> list[dict[str, Any]]:
+    """Runs the fits that `file` does not hold yet, and returns all of the grid.
+
+    Args:
+        file: JSON lines, appended to as fits finish. Its first line holds the settings.
+        workers: Processes; each uses one thread.
+
+    Raises:
+        InputError: The file belongs to other settings, or is damaged in the middle.
+    """
+    settings = settings or GridSettings()
+    done = _finished(file, settings)
+    jobs: list[tuple[int, list[Cell]]] = []
+    for seed in settings.seeds:
+        left = [c for c in settings.cells() if c.seed == seed and c not in done]
+        # One job holds at most a handful of fits: the file grows steadily and little is lost.
+        jobs += [(seed, left[i : i + 6]) for i in range(0, len(left), 6)]
+    total = len(done) + sum(len(cells) for _, cells in jobs)
+    count = len(done)
+    progress("fitting the grid", count, total)
+    for lines in _run(jobs, settings, workers):
+        _append(file, lines)
+        for line in lines:
+            done[Cell(line["seed"], line["model"], line["n"])] = line
+        count += len(lines)
+        progress("fitting the grid", count, total)
+    return [done[cell] for cell in settings.cells()]
+
+
+def _run(
+    jobs: Sequence[tuple[int, list[Cell]]], settings: GridSettings, workers: int
+) -> Iterator[list[dict[str, Any]]]:
+    if workers <= 1:
+        for _, cells in jobs:
+            yield fit_cells(settings, cells)
+        return
+    from joblib import Parallel, delayed
+
+    # One thread each: the variables reach the workers, which start after them.
+    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ.setdefault(name, "1")
+    yield from Parallel(n_jobs=workers, return_as="generator_unordered")(
+        delayed(fit_cells)(settings, cells) for _, cells in jobs
+    )
+
+
+def fit_cells(settings: GridSettings, cells: Sequence[Cell]) -> list[dict[str, Any]]:
+    """Fits and scores some cells of one seed; one line each."""
+    from demospec.specification import evaluate, fit_model
+
+    seed = cells[0].seed
+    data, truth = grid_set(settings, seed)
+    train, test = data.of_split("train"), data.of_split("test")
+    rank = rank_in_scene(train)
+    held_out = train.select(rank >= MOST)
+    lines = []
+    for cell in cells:
+        began = time.process_time()
+        model = _fitted(fit_model, cell, train.select(rank < cell.n), settings)
+        seconds = time.process_time() - began
+        seen = evaluate(model, held_out, truth=truth).to_json()["types"]
+        unseen = evaluate(model, test, truth=truth).to_json()["types"]
+        line: dict[str, Any] = {**asdict(cell), "fit_seconds": round(seconds, 3), "types": {}}
+        for type_ in seen:
+            line["types"][type_] = {"seen": seen[type_], "unseen": unseen.get(type_)}
+        lines.append(line)
+    return lines
+
+
+def _fitted(fit_model: Any, cell: Cell, data: DemonstrationSet, settings: GridSettings) -> Any:
+    if cell.model in ("irl", "field"):
+        return fit_model(data, cell.model, seed=cell.seed)
+    return fit_model(data, "paper", seed=cell.seed, ablation=cell.model, steps=settings.steps)
+
+
+def grid_set(settings: GridSettings, seed: int) -> tuple[DemonstrationSet, Any]:
+    """The set of one seed, and its truth as a model. `MOST + HELD_OUT` demonstrations each."""
+    from demospec.rules import rules_from_document
+
+    data, document = simulate_set(
+        catalogue=settings.catalogue,
+        train_scenes=settings.train_scenes,
+        test_scenes=settings.test_scenes,
+        demonstrations=MOST + HELD_OUT,
+        seed=seed,
+    )
+    truth = rules_from_document(document)
+    if settings.reading == "clustered":
+        data = clustered(data, truth, np.random.default_rng([seed, 11]))
+    return data, truth
+
+
+def clustered(
+    data: DemonstrationSet,
+    truth: Any,
+    rng: np.random.Generator,
+    *,
+    habits: int = 3,
+    spread_px: float = 6.0,
+) -> DemonstrationSet:
+    """The same scenes with demonstrators of few habits: near copies of `habits` paths a scene.
+
+    Each demonstration of a scene and type is one of its first `habits` paths, the control point
+    moved by a normal step of `spread_px` (at 100 px pictures); labels are the truth's.
+    """
+    from dataclasses import replace
+
+    from demospec.demonstrations import Demonstration, Demonstrations, bezier_points, fit_bezier
+
+    d = data.demonstrations
+    items: list[Demonstration] = []
+    for scene_id, rows in data.rows_by_scene().items():
+        scene = data.scene(scene_id)
+        width = scene.size_px[0] if scene.size_px is not None else 100
+        view = truth.see(scene)
+        for type_ in data.types:
+            mine = [int(i) for i in rows if d.type[i] == type_]
+            if not mine:
+                continue
+            centres = [fit_bezier(p)[0] for p in d.paths_xy(mine[:habits])]
+            pick = rng.integers(len(centres), size=len(mine))
+            step = rng.normal(0.0, spread_px * width / 100, (len(mine), 2))
+            control = (np.array(centres)[pick] + step)[:, None]
+            start = np.tile(np.asarray(scene.start[:2]), (len(mine), 1))
+            paths = bezier_points(start, np.asarray(scene.goal[:2]), control, 100)
+            valid = view.p_valid(paths, type_) > 0.5
+            items += [
+                Demonstration(d.demo_id[i], scene_id, path, type_, d.demonstrator[i], bool(v))
+                for i, path, v in zip(mine, paths, valid, strict=True)
+            ]
+    return replace(data, demonstrations=Demonstrations.of(items))
+
+
+def rank_in_scene(data: DemonstrationSet) -> np.ndarray:
+    """(n,) how many demonstrations of the same scene and type come before each."""
+    seen: dict[tuple[str, str | None], int] = {}
+    out = np.empty(len(data.demonstrations), dtype=np.int64)
+    pairs = zip(data.demonstrations.scene_id, data.demonstrations.type, strict=True)
+    for i, key in enumerate(pairs):
+        out[i] = seen.get(key, 0)
+        seen[key] = int(out[i]) + 1
+    return out
+
+
+def _finished(file: Path, settings: GridSettings) -> dict[Cell, dict[str, Any]]:
+    """Finished fits by cell. A last line that was cut off while written is dropped."""
+    if not file.exists():
+        _append(file, [{"settings": _about(settings)}])
+        return {}
+    raw = file.read_bytes()
+    whole = raw[: raw.rfind(b"\n") + 1]
+    if whole != raw:
+        os.truncate(file, len(whole))
+    lines = [parse_json(line, file=file, row=i) for i, line in enumerate(whole.splitlines())]
+    if not lines:
+        _append(file, [{"settings": _about(settings)}])
+        return {}
+    if lines[0].get("settings") != _about(settings):
+        raise InputError(
+            "a grid file of the same settings", lines[0].get("settings"), file=file, row=0
+        )
+    wanted = set(settings.cells())
+    done = {Cell(line["seed"], line["model"], line["n"]): line for line in lines[1:]}
+    return {cell: line for cell, line in done.items() if cell in wanted}
+
+
+def _about(settings: GridSettings) -> dict[str, Any]:
+    """What every fit of a file has in common (models, counts and seeds may grow)."""
+    about = asdict(settings)
+    return {k: v for k, v in about.items() if k not in ("models", "counts", "seeds")}
+
+
+def _append(file: Path, lines: Sequence[dict[str, Any]]) -> None:
+    file.parent.mkdir(parents=True, exist_ok=True)
+    text = "".join(json.dumps(line, allow_nan=False) + "\n" for line in lines)
+    with file.open("a", encoding="utf-8") as stream:
+        stream.write(text)
+        stream.flush()
+        os.fsync(stream.fileno())
+
+
+def grid_table(lines: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Means over seeds: one row per model, count and type.
+
+    Each row: ``accuracy`` and ``bacc`` on seen scenes (held-out paths) and unseen scenes, the
+    same far from the boundary, the majority's accuracy, and the number of fits. Balanced
+    accuracies are null where a type has one class only.
+    """
+    groups: dict[tuple[str, int, str], list[dict[str, Any]]] = {}
+    for line in lines:
+        for type_, scores in line["types"].items():
+            groups.setdefault((line["model"], line["n"], type_), []).append(scores)
+    rows = []
+    for (model, n, type_), scores in groups.items():
+        row: dict[str, Any] = {"model": model, "n": n, "type": type_, "fits": len(scores)}
+        for where in ("seen", "unseen"):
+            parts = [s[where] for s in scores if s[where] is not None]
+            row[f"accuracy_{where}"] = _mean([p["accuracy"] for p in parts])
+            row[f"majority_{where}"] = _mean([p["majority"] for p in parts])
+            row[f"bacc_{where}"] = _mean([p["balanced_accuracy"] for p in parts])
+            far = [p["far"]["balanced_accuracy"] for p in parts if "far" in p]
+            row[f"bacc_{where}_far"] = _mean(far)
+        rows.append(row)
+    return rows
+
+
+def _mean(values: Sequence[float | None]) -> float | None:
+    known = [v for v in values if v is not None]
+    return float(np.mean(known)) if known else None
