@@ -90,3 +90,12 @@ def test_path_through_an_object_is_that_deep() -> None:
     square = Polygon([[0, 0], [10, 0], [10, 10], [0, 10]])
     inside, _ = path_distance(square, np.array([[5.0, 5.0]]))
     assert inside == pytest.approx(-5.0)
+
+
+def test_thin_corner_between_two_samples_is_entered() -> None:
+    # Found by hypothesis: a spike narrower than the samples' spacing was called clear.
+    spike = star((0.0, -4.0), [1.0, 1.0, 6.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0])
+    path = np.array([[2.0, 0.0], [-3.0, 7.0]])
+    assert segment_distance(spike, path[:1], path[1:])[0] < -0.05
+    long = np.array([[-400.0, 1.9], [400.0, 1.9]])
+    assert segment_distance(spike, long[:1], long[1:])[0] < 0

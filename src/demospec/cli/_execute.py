@@ -51,7 +51,7 @@ def execute(
     if video not in ("gif", "mp4", "none"):
         raise InputError("gif, mp4 or none", video, field="video")
     data = read_set(set_folder)
-    known = read_plannable(rules, data.metres_per_unit)
+    known = read_plannable(rules, data)
     judge = known if truth is None else read_plannable(truth)
     where = data.scene(scene)
     plan = plan_path(

@@ -35,7 +35,7 @@ def export(
     from demospec.planning import export_request, export_to, read_plannable
 
     data = read_set(set_folder)
-    known = read_plannable(rules, data.metres_per_unit)
+    known = read_plannable(rules, data)
     request = export_request(
         known,
         data.scene(scene),

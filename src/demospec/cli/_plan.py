@@ -50,7 +50,7 @@ def plan(
     from demospec.planning import cost_map, plan_path, read_plannable
 
     data = read_set(set_folder)
-    known = read_plannable(rules, data.metres_per_unit)
+    known = read_plannable(rules, data)
     result = plan_path(
         known,
         data.scene(scene),

@@ -29,6 +29,9 @@ SPEED_M_S = 0.12
 _LIFT_M = 0.02
 """Air between the carried body and the table, or the tallest thing that it passes over."""
 
+_ARM_LIFT_M = 0.05
+"""The same for an arm, whose hand is wider and lower than what it holds."""
+
 _REACHED_M = 0.005
 
 
@@ -77,7 +80,7 @@ def execute_plan(
         motion, monitor = _simulate_gantry(scene, place, size_px, path, size, speed_m_s)
     else:
         _need("mink", "executing a plan with an arm")
-        lift = _LIFT_M + max([0.0, *(object_height_m(o) for o in scene.objects or ())])
+        lift = _ARM_LIFT_M + max([0.0, *(object_height_m(o) for o in scene.objects or ())])
         path = place.to_world(plan.points, lift + size[1])
         reason, motion, monitor = _simulate_arm(arm, scene, place, size_px, path, size, speed_m_s)
         if reason:

@@ -6,6 +6,7 @@ import os
 from dataclasses import replace
 from pathlib import Path
 
+from demospec.demonstrations import DemonstrationSet
 from demospec.errors import InputError
 from demospec.planning._constraint import Plannable
 from demospec.planning._seen import SeeingModel
@@ -15,7 +16,7 @@ ANYONE = "anyone"
 """Name of the one type of an influence answer, which does not name one."""
 
 
-def read_plannable(path: str | os.PathLike[str], metres_per_unit: float | None = None) -> Plannable:
+def read_plannable(path: str | os.PathLike[str], data: DemonstrationSet | None = None) -> Plannable:
     """Rules from a file or folder.
 
     Accepts a rule file (the JSON of ``rules SET``, or a hand-written part of it), the answer
@@ -24,7 +25,8 @@ def read_plannable(path: str | os.PathLike[str], metres_per_unit: float | None =
 
     Args:
         path: File or folder.
-        metres_per_unit: The scale of the set that is planned in; by default the file's own.
+        data: The set that is planned in. Pixels are its own, so its scale counts, even where
+            it says none; without a set the file's scale does.
 
     Raises:
         InputError: None of these, naming file and field.
@@ -33,24 +35,28 @@ def read_plannable(path: str | os.PathLike[str], metres_per_unit: float | None =
     from demospec.rules import rules_from_document
 
     file = Path(path)
+    read: Plannable
     if file.is_dir():
-        return _model(file, metres_per_unit)
-    document = read_json(file)
-    if isinstance(document, dict) and "types" not in document and "hull" in document:
-        return RuleSet({ANYONE: TypeRules(influence=document)}, metres_per_unit=metres_per_unit)
-    read = rules_from_document(document, file=file)
-    return read if metres_per_unit is None else replace(read, metres_per_unit=metres_per_unit)
+        read = _model(file)
+    else:
+        document = read_json(file)
+        if isinstance(document, dict) and "types" not in document and "hull" in document:
+            read = RuleSet({ANYONE: TypeRules(influence=document)})
+        else:
+            read = rules_from_document(document, file=file)
+    if data is None:
+        return read
+    if isinstance(read, RuleSet):
+        return replace(read, metres_per_unit=data.metres_per_unit)
+    read.metres_per_unit = data.metres_per_unit  # type: ignore[attr-defined]
+    return read
 
 
-def _model(folder: Path, metres_per_unit: float | None) -> Plannable:
+def _model(folder: Path) -> Plannable:
     from demospec.specification import load_model
 
     model = load_model(folder)
-    if isinstance(model, RuleSet):
-        return model if metres_per_unit is None else replace(model, metres_per_unit=metres_per_unit)
-    if not isinstance(model, SeeingModel):
-        expected = "a rule file, or a model that can say its rules (field)"
-        raise InputError(expected, f"model {type(model).__name__}", file=folder)
-    if metres_per_unit is not None:
-        model.metres_per_unit = metres_per_unit  # type: ignore[attr-defined]
-    return model
+    if isinstance(model, (RuleSet, SeeingModel)):
+        return model
+    expected = "a rule file, or a model that can say its rules (field)"
+    raise InputError(expected, f"model {type(model).__name__}", file=folder)
