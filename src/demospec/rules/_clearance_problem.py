@@ -13,8 +13,9 @@ import numpy as np
 from demospec.demonstrations import checked_points
 from demospec.errors import InputError
 from demospec.frames import FloatArray
-from demospec.rules._clearance import ClearanceFit, Sharing, fit_clearance
+from demospec.rules._clearance import ClearanceFit, fit_clearance
 from demospec.rules._clearance_distance import Distance, nearest_approach
+from demospec.rules._clearance_posterior import Sharing
 from demospec.scene import Disc, Polygon, Scene, SceneObject
 
 

@@ -13,8 +13,9 @@ from demospec.demonstrations import DemonstrationSet
 from demospec.errors import CannotJudgeError, InputError
 from demospec.frames import FloatArray, describe_length
 from demospec.progress import Progress, silent
-from demospec.rules._clearance import ClearanceFit, Sharing, fit_clearance
+from demospec.rules._clearance import ClearanceFit, fit_clearance
 from demospec.rules._clearance_distance import Distance, nearest_approach
+from demospec.rules._clearance_posterior import Sharing
 from demospec.rules._influence_rule import influence_answer, influence_words
 from demospec.rules._results import RuleSet, TypeRules
 from demospec.rules._words import clearance_words, listed, plural
