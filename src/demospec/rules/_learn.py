@@ -240,7 +240,7 @@ def type_sentence(data: DemonstrationSet, fit: ClearanceFit, valid: NDArray[np.b
 def _positive_only(fit: ClearanceFit, scale: float | None, units: str) -> str:
     """What accepted demonstrations alone say: nothing matters for all that is known."""
     text = "no demonstration was rejected: nothing is known to matter"
-    kept = {s: c for s, c in fit.at_most.items() if 0 < c < np.inf}
+    kept = {s: c for s, c in fit.at_most.items() if 0.05 < c < np.inf}
     if kept:
         parts = [
             f"{describe_length(c, scale, units)} to {plural(s)}" for s, c in sorted(kept.items())
