@@ -116,10 +116,6 @@ def test_answer_file_alone_can_be_planned_with(tmp_path: Path) -> None:
 
 def test_faults_are_one_line() -> None:
     scene = bench(("drill", 40.0, 32.0))
-    broken = answer([2, 4], [8, 14], [6, 10])
-    del broken["settings"]
-    with pytest.raises(InputError, match="settings: expected the settings of the rule"):
-        plan_path(rules(broken), scene)
     with pytest.raises(InputError, match="expected objects named drill, clamp, found spoon"):
         plan_path(rules(answer([2, 4], [8, 14], [6, 10])), bench(("spoon", 40.0, 32.0)))
     infeasible = answer([2, 4], [8, 14], [6, 10]) | {"hull": None}
@@ -127,3 +123,12 @@ def test_faults_are_one_line() -> None:
         plan_path(rules(infeasible), scene)
     with pytest.raises(InputError, match="start: expected a start at least 4 px from drill"):
         plan_path(rules(answer([2, 4], [8, 14], [6, 10])), bench(("drill", 6.0, 30.0)))
+
+
+def test_answer_without_settings_is_obeyed_by_staying_out_of_every_disc() -> None:
+    scene = bench(("drill", 40.0, 32.0), ("clamp", 60.0, 10.0))
+    bare = answer([2, 4], [8, 14], [6, 10])
+    del bare["settings"]
+    plan = plan_path(rules(bare), scene)
+    assert plan.obeys
+    assert plan.check.clearance["drill"] > 14

@@ -91,6 +91,8 @@ def constraint_of(
         raise InputError("a rule to plan with", "none", field=f"types.{of}")
     limit = influence_limit(rule.influence, scene, envelope, symbols=symbols)
     zones = limit.zones()
+    if not limit.settings:
+        return Constraint(scene, zones)
     return Constraint(scene, zones, limit.soft_zones(), limit)
 
 

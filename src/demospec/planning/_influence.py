@@ -37,7 +37,8 @@ class InfluenceLimit:
     Args:
         T_min: Keep further than this from every centre, set units.
         radius: Object id → r_k = T_min + T_object, set units, for the objects that count.
-        settings: F_max, scale, reading, penalty, weights, as in the answer.
+        settings: F_max, scale, reading, penalty, weights, as in the answer; empty where the
+            answer does not repeat them.
         objects: The objects that count, in the scene's order.
     """
 
@@ -119,12 +120,12 @@ def influence_limit(
     ``value`` the middle of the hull, rounded up.
 
     Raises:
-        InputError: No hull, no settings, or no parameter for any object.
+        InputError: No hull, or no parameter for any object.
     """
     hull = answer.get("hull")
     settings = answer.get("settings")
     if not isinstance(settings, Mapping) or settings.get("F_max") is None:
-        raise InputError("the settings of the rule, with F_max", "none", field="settings")
+        settings = {}  # then only staying out of every disc is known to obey
     if envelope in ("upper", "lower", "value"):
         if not isinstance(hull, Mapping):
             raise InputError("a hull (answers that are infeasible have none)", hull, field="hull")
