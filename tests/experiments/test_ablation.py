@@ -1,0 +1,58 @@
+"""The ablation grid goes on where it stopped, and its clustered sets are what they say."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from demospec.errors import InputError
+from demospec.experiments import GridSettings, grid_table, run_grid
+from demospec.experiments._ablation import grid_set, rank_in_scene
+
+SMALL = {"train_scenes": 2, "test_scenes": 1, "steps": 2}
+
+
+def test_a_grid_resumes_after_a_line_was_cut_off(tmp_path):
+    pytest.importorskip("torch", reason="torch comes with demospec[vision]")
+    file = tmp_path / "grid.jsonl"
+    settings = GridSettings(models=("classifier", "irl"), counts=(1, 2), seeds=(0,), **SMALL)
+    whole = run_grid(file, settings)
+    assert [(line["model"], line["n"]) for line in whole] == [
+        ("classifier", 1), ("classifier", 2), ("irl", 1), ("irl", 2),
+    ]  # fmt: skip
+    lines = file.read_bytes().splitlines(keepends=True)
+    file.write_bytes(b"".join(lines[:3]) + lines[3][:20])
+    calls: list[float] = []
+    again = run_grid(file, settings, progress=lambda _what, done, _total: calls.append(done))
+    assert calls[0] == 2  # two of the four fits were there
+
+    def scores(rows):
+        return [{k: v for k, v in row.items() if k != "fit_seconds"} for row in rows]
+
+    assert scores(again) == scores(whole)
+    table = grid_table(again)
+    assert {row["type"] for row in table} == {"careful", "normal", "aggressive"}
+    assert all(row["bacc_seen"] is None for row in table if row["type"] == "aggressive")
+    with pytest.raises(InputError, match="same settings"):
+        run_grid(file, GridSettings(seeds=(0,), reading="clustered", **SMALL))
+
+
+def test_clustered_demonstrators_repeat_their_habits():
+    settings = GridSettings(reading="clustered", train_scenes=2, test_scenes=1)
+    data, truth = grid_set(settings, 0)
+    d = data.demonstrations
+    rows = np.flatnonzero((d.scene_id == "0000") & (d.type == "normal"))
+    middles = np.array([d.points(int(i))[50] for i in rows])
+    gaps = np.linalg.norm(middles[:, None] - middles, axis=2)
+    # 18 demonstrations of three habits: most have a neighbour within a few pixels.
+    assert np.median(np.sort(gaps, axis=1)[:, 1]) < 4
+    view = truth.see(data.scenes[0])
+    said = view.p_valid(d.paths_xy(rows), "normal") > 0.5
+    np.testing.assert_array_equal(said, d.valid[rows] == 1)
+    assert rank_in_scene(data).max() == 17
+
+
+def test_grid_settings_are_checked():
+    for bad in ({"models": ("forest",)}, {"counts": (0,)}, {"reading": "both"}):
+        with pytest.raises(InputError, match=next(iter(bad))):
+            GridSettings(**bad)
