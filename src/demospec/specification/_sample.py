@@ -119,7 +119,8 @@ def regions(accepted: NDArray[np.bool_]) -> tuple[NDArray[np.int64], int]:
     """Connected parts of a map: labels (ny, nx), 0 for the largest, −1 outside; and how many."""
     from scipy import ndimage
 
-    raw, count = ndimage.label(accepted)
+    # Cells that touch at a corner belong together: a thin slanted region is one region.
+    raw, count = ndimage.label(accepted, structure=np.ones((3, 3)))
     areas = np.bincount(raw.ravel(), minlength=count + 1)[1:]
     order = np.argsort(-areas, kind="stable")
     rank = np.empty(count + 1, dtype=np.int64)
