@@ -133,7 +133,9 @@ class FieldModel:
         pictured = [s for s in scenes if s.picture is not None]
         listed = any(s.objects for s in scenes)
         if not pictured and not listed:
-            raise CannotJudgeError("scenes with pictures or lists of objects", "neither", field="scenes")
+            raise CannotJudgeError(
+                "scenes with pictures or lists of objects", "neither", field="scenes"
+            )
         scale = _common_scale(pictured)
         if pictured:
             from demospec.perception import load_body
@@ -152,7 +154,9 @@ class FieldModel:
         rules, classes = fit_rules(data, looked, head, start, listed=listed)
         calibration = calibrate(looked, typical_clearance(rules), seed) if listed else start
         if not rules:
-            raise InputError("labelled demonstrations in scenes that can be judged", "none", field="valid")
+            raise InputError(
+                "labelled demonstrations in scenes that can be judged", "none", field="valid"
+            )
         return cls(rules, classes, head, calibration, scale, body, settings, provenance)
 
     def look(self, scene: Scene) -> Sight:

@@ -46,7 +46,9 @@ class FieldRule:
         found = fit_clearance(nearest, valid, symbols, unit=unit)
         mean, spread = _moments(found)
         silent = np.array([bool(np.isinf(nearest[:, k]).all()) for k in range(len(symbols))])
-        uninformed = set(found.rule.uninformed) | {s for s, q in zip(symbols, silent, strict=True) if q}
+        uninformed = set(found.rule.uninformed) | {
+            s for s, q in zip(symbols, silent, strict=True) if q
+        }
         probability = {}
         for name in symbols:
             p = float(found.probability.get(name, 0.0))

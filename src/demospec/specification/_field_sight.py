@@ -64,8 +64,7 @@ def classes_of(sight: Sight, head: SymbolHead | None) -> list[dict[str, float]]:
         ]
     p = head.probabilities(np.stack([s.looks for s in sight.slots]))
     return [
-        {name: float(q) for name, q in zip(head.classes, row, strict=True) if name}
-        for row in p
+        {name: float(q) for name, q in zip(head.classes, row, strict=True) if name} for row in p
     ]
 
 
@@ -104,9 +103,7 @@ def _outline_map(
     """(h, w) signed distance to an outline; kept, because interventions leave most objects."""
     height, width = shape
     y, x = np.mgrid[0:height, 0:width]
-    points = np.stack(
-        [(x + 0.5) * (size[0] / width), (y + 0.5) * (size[1] / height)], axis=-1
-    )
+    points = np.stack([(x + 0.5) * (size[0] / width), (y + 0.5) * (size[1] / height)], axis=-1)
     found = outline.signed_distance(points).astype(np.float32)
     found.setflags(write=False)
     return found
@@ -139,7 +136,10 @@ def sight_of(scene: Scene, body: Body | None, scale: float | None, **options: An
 
 
 def nearest_in_parts(
-    parts: tuple[Part, ...], size: tuple[float, float], paths: list[FloatArray], names: tuple[str, ...]
+    parts: tuple[Part, ...],
+    size: tuple[float, float],
+    paths: list[FloatArray],
+    names: tuple[str, ...],
 ) -> FloatArray:
     """(n, K) nearest approach to the likeliest class of every part; +inf where absent."""
     from demospec.demonstrations import densify

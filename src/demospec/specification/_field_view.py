@@ -43,7 +43,9 @@ class Part:
     listed: bool
 
 
-def logit_map(parts: tuple[Part, ...], rule: FieldRule, shape: tuple[int, int]) -> NDArray[np.float32]:
+def logit_map(
+    parts: tuple[Part, ...], rule: FieldRule, shape: tuple[int, int]
+) -> NDArray[np.float32]:
     """ℓ(p): log-odds that a path whose worst place is p is valid, (h, w).
 
     p(valid at p) = Π_k (1 − r_k σ(a_k (c_k − d_k(p)))) over things k with relevance r_k. That
@@ -101,7 +103,10 @@ class FieldView:
 
     def p_valid(self, paths: Paths, type: str) -> FloatArray:
         """(n,) in [0, 1]; > 0.5 exactly where the logit is > 0."""
-        logits = self.logits(paths, type)
+        return self.p_of_logits(self.logits(paths, type))
+
+    def p_of_logits(self, logits: FloatArray) -> FloatArray:
+        """The logistic function: who has the logits need not judge again."""
         return np.asarray(1.0 / (1.0 + np.exp(-np.clip(logits, -60, 60))))
 
     def logits_and_gradients(self, paths: FloatArray, type: str) -> tuple[FloatArray, FloatArray]:
