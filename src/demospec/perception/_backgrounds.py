@@ -97,7 +97,9 @@ def _turned(rng: np.random.Generator, x: Field, y: Field, snap: float = 0.5) -> 
     return x * c + y * s, y * c - x * s
 
 
-def _mix(first: NDArray[np.float32], second: NDArray[np.float32], share: Field) -> NDArray[np.float32]:
+def _mix(
+    first: NDArray[np.float32], second: NDArray[np.float32], share: Field
+) -> NDArray[np.float32]:
     share = share[..., None]
     return np.asarray(first * (1 - share) + second * share, np.float32)
 
@@ -108,14 +110,24 @@ def _edge(level: Field, soft: float = 0.5) -> Field:
 
 def _wood(rng: np.random.Generator, bank: NoiseBank, x: Field, y: Field) -> NDArray[np.float32]:
     u, v = _turned(rng, x, y)
-    base = random_colour(rng) if rng.random() < 0.3 else np.asarray(
-        np.clip(rng.uniform(0.25, 1.0) * np.array([0.9, 0.65, 0.42]) + rng.normal(0, 0.05, 3), 0.03, 0.97),
-        np.float32,
+    base = (
+        random_colour(rng)
+        if rng.random() < 0.3
+        else np.asarray(
+            np.clip(
+                rng.uniform(0.25, 1.0) * np.array([0.9, 0.65, 0.42]) + rng.normal(0, 0.05, 3),
+                0.03,
+                0.97,
+            ),
+            np.float32,
+        )
     )
     strength = rng.uniform(0.04, 0.3)
     bend = bank.cut(rng, u, v, (0.3, 0.5), 4) * rng.uniform(0, 4)
     across = v + bend
-    grain = bank.cut(rng, u, across, (rng.uniform(0.02, 0.15), rng.uniform(0.6, 2.5)), int(rng.integers(0, 3)))
+    grain = bank.cut(
+        rng, u, across, (rng.uniform(0.02, 0.15), rng.uniform(0.6, 2.5)), int(rng.integers(0, 3))
+    )
     if rng.random() < 0.5:
         rings = np.sin(across * rng.uniform(0.3, 1.6) + 2 * bank.cut(rng, u, v, (0.05, 0.4), 3))
         grain = grain + rng.uniform(0.3, 2.0) * np.asarray(rings, np.float32)
@@ -128,12 +140,17 @@ def _wood(rng: np.random.Generator, bank: NoiseBank, x: Field, y: Field) -> NDAr
         board = np.floor(position)
         tone = np.sin(board * 12.9898 + rng.uniform(0, 6)) * rng.uniform(0, 0.18)
         seam = (np.abs(position - np.round(position))) * width - rng.uniform(0.1, 0.9)
-        picture = picture * (1 + tone[..., None]) * (1 - rng.uniform(0.1, 0.8) * _edge(seam)[..., None])
+        picture = (
+            picture * (1 + tone[..., None]) * (1 - rng.uniform(0.1, 0.8) * _edge(seam)[..., None])
+        )
     if rng.random() < 0.3:
         for _ in range(int(rng.integers(1, 4))):
             kx, ky = rng.uniform(0, 100, 2)
             r = np.hypot((x - kx) / rng.uniform(1, 2.5), y - ky)
-            picture = picture * (1 - rng.uniform(0.1, 0.6) * np.exp(-((r / rng.uniform(1, 5)) ** 2)))[..., None]
+            picture = (
+                picture
+                * (1 - rng.uniform(0.1, 0.6) * np.exp(-((r / rng.uniform(1, 5)) ** 2)))[..., None]
+            )
     return np.asarray(picture, np.float32)
 
 
@@ -155,7 +172,9 @@ def _veins(rng: np.random.Generator, bank: NoiseBank, x: Field, y: Field) -> NDA
         gy, gx = np.gradient(field)
         width = np.hypot(gx, gy) * rng.uniform(0.5, 2.0) + 0.01
         share = np.exp(-((ridge / width) ** 2) / 2) * rng.uniform(0.15, 0.95)
-        picture = _mix(np.asarray(picture, np.float32), random_colour(rng), np.asarray(share, np.float32))
+        picture = _mix(
+            np.asarray(picture, np.float32), random_colour(rng), np.asarray(share, np.float32)
+        )
     return np.asarray(picture, np.float32)
 
 
@@ -172,11 +191,19 @@ def _weave(rng: np.random.Generator, bank: NoiseBank, x: Field, y: Field) -> NDA
     elif kind < 0.7:
         level = np.tanh(4 * su) * rng.uniform(0.3, 1) + np.tanh(4 * sv) * rng.uniform(0.3, 1)
     else:
-        level = np.tanh(rng.uniform(1, 8) * np.sin(2 * np.pi * (u / pu + v / pv * int(rng.integers(0, 2)))))
+        level = np.tanh(
+            rng.uniform(1, 8) * np.sin(2 * np.pi * (u / pu + v / pv * int(rng.integers(0, 2))))
+        )
     colour = random_colour(rng)
     other = near_colour(rng, colour, rng.uniform(0.03, 0.3))
-    picture = _mix(colour * np.ones((*x.shape, 1), np.float32), other, np.asarray(0.5 + 0.5 * np.clip(level, -1, 1), np.float32))
-    return np.asarray(picture * (1 + rng.uniform(0, 0.12) * bank.cut(rng, x, y, (1, 1), 0)[..., None]), np.float32)
+    picture = _mix(
+        colour * np.ones((*x.shape, 1), np.float32),
+        other,
+        np.asarray(0.5 + 0.5 * np.clip(level, -1, 1), np.float32),
+    )
+    return np.asarray(
+        picture * (1 + rng.uniform(0, 0.12) * bank.cut(rng, x, y, (1, 1), 0)[..., None]), np.float32
+    )
 
 
 def _checks(rng: np.random.Generator, bank: NoiseBank, x: Field, y: Field) -> NDArray[np.float32]:
@@ -186,8 +213,14 @@ def _checks(rng: np.random.Generator, bank: NoiseBank, x: Field, y: Field) -> ND
         for axis in (u, v) if rng.random() < 0.7 else (u,):
             period, share = rng.uniform(6, 45), rng.uniform(0.05, 0.5)
             place = np.abs((axis / period + rng.uniform()) % 1 - 0.5) * period
-            picture = _mix(picture, random_colour(rng), _edge(place - share * period / 2) * np.float32(rng.uniform(0.15, 0.9)))
-    return np.asarray(picture * (1 + rng.uniform(0, 0.1) * bank.cut(rng, x, y, (1, 1), 1)[..., None]), np.float32)
+            picture = _mix(
+                picture,
+                random_colour(rng),
+                _edge(place - share * period / 2) * np.float32(rng.uniform(0.15, 0.9)),
+            )
+    return np.asarray(
+        picture * (1 + rng.uniform(0, 0.1) * bank.cut(rng, x, y, (1, 1), 1)[..., None]), np.float32
+    )
 
 
 def _tiles(rng: np.random.Generator, bank: NoiseBank, x: Field, y: Field) -> NDArray[np.float32]:
@@ -198,34 +231,63 @@ def _tiles(rng: np.random.Generator, bank: NoiseBank, x: Field, y: Field) -> NDA
     b = v / pv + rng.uniform()
     if rng.random() < 0.4:
         a = a + 0.5 * (np.floor(b) % 2)
-    tone = np.sin(np.floor(a) * 91.7 + np.floor(b) * 37.3 + rng.uniform(0, 6)) * rng.uniform(0, 0.35)
-    gap = np.minimum(np.abs(a - np.round(a)) * pu, np.abs(b - np.round(b)) * pv) - rng.uniform(0.2, 1.5)
-    picture = random_colour(rng) * (1 + tone[..., None] + rng.uniform(0, 0.2) * bank.cut(rng, x, y, (1, 1), 2)[..., None])
-    return _mix(np.asarray(picture, np.float32), random_colour(rng), _edge(np.asarray(gap, np.float32)) * np.float32(rng.uniform(0.3, 1)))
+    tone = np.sin(np.floor(a) * 91.7 + np.floor(b) * 37.3 + rng.uniform(0, 6)) * rng.uniform(
+        0, 0.35
+    )
+    gap = np.minimum(np.abs(a - np.round(a)) * pu, np.abs(b - np.round(b)) * pv) - rng.uniform(
+        0.2, 1.5
+    )
+    picture = random_colour(rng) * (
+        1 + tone[..., None] + rng.uniform(0, 0.2) * bank.cut(rng, x, y, (1, 1), 2)[..., None]
+    )
+    return _mix(
+        np.asarray(picture, np.float32),
+        random_colour(rng),
+        _edge(np.asarray(gap, np.float32)) * np.float32(rng.uniform(0.3, 1)),
+    )
 
 
 def _speckle(rng: np.random.Generator, bank: NoiseBank, x: Field, y: Field) -> NDArray[np.float32]:
-    picture = random_colour(rng) * (1 + rng.uniform(0, 0.1) * bank.cut(rng, x, y, (1, 1), 2)[..., None])
+    picture = random_colour(rng) * (
+        1 + rng.uniform(0, 0.1) * bank.cut(rng, x, y, (1, 1), 2)[..., None]
+    )
     for _ in range(int(rng.integers(1, 4))):
         zoom = rng.uniform(0.8, 3)
         chips = bank.cut(rng, x, y, (zoom, zoom), int(rng.integers(1, 4))) - rng.uniform(0.8, 2.2)
-        picture = _mix(np.asarray(picture, np.float32), random_colour(rng), np.clip(chips * rng.uniform(2, 8), 0, 1) * np.float32(rng.uniform(0.2, 1)))
+        picture = _mix(
+            np.asarray(picture, np.float32),
+            random_colour(rng),
+            np.clip(chips * rng.uniform(2, 8), 0, 1) * np.float32(rng.uniform(0.2, 1)),
+        )
     return np.asarray(picture, np.float32)
 
 
 def _cloud(rng: np.random.Generator, bank: NoiseBank, x: Field, y: Field) -> NDArray[np.float32]:
     colour = random_colour(rng)
     zoom = rng.uniform(0.3, 2.5)
-    share = 1 / (1 + np.exp(-rng.uniform(0.5, 6) * bank.cut(rng, x, y, (zoom, zoom * rng.uniform(0.5, 2)))))
-    picture = _mix(colour * np.ones((*x.shape, 1), np.float32), near_colour(rng, colour, rng.uniform(0.02, 0.3)), np.asarray(share, np.float32))
-    return np.asarray(picture * (1 + rng.uniform(0, 0.12) * bank.cut(rng, x, y, (1.5, 1.5), 0)[..., None]), np.float32)
+    share = 1 / (
+        1 + np.exp(-rng.uniform(0.5, 6) * bank.cut(rng, x, y, (zoom, zoom * rng.uniform(0.5, 2))))
+    )
+    picture = _mix(
+        colour * np.ones((*x.shape, 1), np.float32),
+        near_colour(rng, colour, rng.uniform(0.02, 0.3)),
+        np.asarray(share, np.float32),
+    )
+    return np.asarray(
+        picture * (1 + rng.uniform(0, 0.12) * bank.cut(rng, x, y, (1.5, 1.5), 0)[..., None]),
+        np.float32,
+    )
 
 
 def _plain(rng: np.random.Generator, bank: NoiseBank, x: Field, y: Field) -> NDArray[np.float32]:
-    return np.asarray(random_colour(rng) * (1 + rng.uniform(0, 0.08) * bank.cut(rng, x, y)[..., None]), np.float32)
+    return np.asarray(
+        random_colour(rng) * (1 + rng.uniform(0, 0.08) * bank.cut(rng, x, y)[..., None]), np.float32
+    )
 
 
-def _prints(rng: np.random.Generator, x: Field, y: Field, picture: NDArray[np.float32]) -> NDArray[np.float32]:
+def _prints(
+    rng: np.random.Generator, x: Field, y: Field, picture: NDArray[np.float32]
+) -> NDArray[np.float32]:
     """Flat motifs without shading or shadow: dots, rings, petals, lozenges, stripes, a mat."""
     kind = rng.random()
     colour = random_colour(rng)
@@ -253,13 +315,17 @@ def _prints(rng: np.random.Generator, x: Field, y: Field, picture: NDArray[np.fl
                 level = np.maximum(np.abs(u) - rng.uniform(1, 40), np.abs(v) - rng.uniform(0.4, 25))
             if rng.random() < 0.5:
                 level = np.abs(level) - rng.uniform(0.3, 1.5)
-            picture = _mix(picture, random_colour(rng), _edge(np.asarray(level, np.float32)) * share)
+            picture = _mix(
+                picture, random_colour(rng), _edge(np.asarray(level, np.float32)) * share
+            )
     else:
         for _ in range(int(rng.integers(1, 12))):
             u, v = _turned(rng, x - rng.uniform(0, 100), y - rng.uniform(0, 100), 0.2)
             level = np.abs(v + rng.normal(0, 0.006) * u * u) - rng.uniform(0.2, 1.6)
             level = np.maximum(level, np.abs(u) - rng.uniform(5, 90))
-            picture = _mix(picture, random_colour(rng), _edge(np.asarray(level, np.float32)) * share)
+            picture = _mix(
+                picture, random_colour(rng), _edge(np.asarray(level, np.float32)) * share
+            )
     return picture
 
 
@@ -277,7 +343,11 @@ def uneven_light(rng: np.random.Generator, bank: NoiseBank, x: Field, y: Field) 
     if rng.random() < 0.25:
         u, v = _turned(rng, x - rng.uniform(0, 100), y - rng.uniform(0, 100), 0.2)
         soft = rng.uniform(0.5, 8)
-        level = u if rng.random() < 0.5 else np.maximum(np.abs(u) - rng.uniform(5, 30), np.abs(v) - rng.uniform(10, 90))
+        level = (
+            u
+            if rng.random() < 0.5
+            else np.maximum(np.abs(u) - rng.uniform(5, 30), np.abs(v) - rng.uniform(10, 90))
+        )
         light = light * (1 - rng.uniform(0.1, 0.5) * _edge(np.asarray(level, np.float32), soft))
     return np.asarray(np.clip(light, 0.25, 1.8), np.float32)
 
@@ -296,7 +366,11 @@ def table_top(rng: np.random.Generator, bank: NoiseBank, x: Field, y: Field) -> 
             level = u
         else:
             level = np.maximum(np.abs(u) - rng.uniform(15, 45), np.abs(v) - rng.uniform(12, 45))
-        picture = _mix(picture, np.asarray(np.broadcast_to(other, picture.shape), np.float32), _edge(level, 0.6))
+        picture = _mix(
+            picture,
+            np.asarray(np.broadcast_to(other, picture.shape), np.float32),
+            _edge(level, 0.6),
+        )
     if rng.random() < 0.35:
         picture = _prints(rng, x, y, picture)
     return np.clip(picture, 0.01, 1.1)

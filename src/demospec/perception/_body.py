@@ -108,7 +108,9 @@ class Body(nn.Module):
         eighth = eighth + self.context(eighth.mean(dim=(2, 3)))[:, :, None, None]
         up = self.up_quarter(eighth, quarter)
         features = self.up_half(up, half)
-        full = functional.relu(functional.pixel_shuffle(self.spread(features), 2) + self.fine(padded))
+        full = functional.relu(
+            functional.pixel_shuffle(self.spread(features), 2) + self.fine(padded)
+        )
         answers = self.end(full)
         scale = torch.ones(OUTPUTS, device=answers.device, dtype=answers.dtype)
         scale[0] = 8.0

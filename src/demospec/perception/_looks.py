@@ -101,9 +101,7 @@ class SymbolHead:
             value = -(w[:, None] * target * (score - log_sum)).sum()
             value += 0.5 * ridge * (matrix**2).sum() + 0.5 * (gap**2).sum()
             slope = w[:, None] * (p - target)
-            grad = np.concatenate(
-                [(slope.T @ z + ridge * matrix).ravel(), slope.sum(axis=0) + gap]
-            )
+            grad = np.concatenate([(slope.T @ z + ridge * matrix).ravel(), slope.sum(axis=0) + gap])
             return float(value), grad
 
         begin = np.concatenate([np.zeros(count * width), start])

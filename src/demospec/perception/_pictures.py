@@ -81,7 +81,14 @@ def _shift(field: Field, dx: float, dy: float) -> Field:
     )
 
 
-def _cast_shadow(rng: np.random.Generator, picture: Planes, thing: Thing, light: Light, height: float, clear: bool) -> Planes:
+def _cast_shadow(
+    rng: np.random.Generator,
+    picture: Planes,
+    thing: Thing,
+    light: Light,
+    height: float,
+    clear: bool,
+) -> Planes:
     dx, dy = -light.x * height, -light.y * height
     reach = float(np.hypot(dx, dy))
     steps = max(1, min(5, int(np.ceil(reach / 2.5))))
@@ -94,12 +101,23 @@ def _cast_shadow(rng: np.random.Generator, picture: Planes, thing: Thing, light:
     return np.asarray(picture * ((1 - dark) * (1 - touch))[..., None], np.float32)
 
 
-def _albedo(rng: np.random.Generator, bank: NoiseBank, thing: Thing, distance: Field, x: Field, y: Field, colour: Colour, table: Colour) -> Planes:
+def _albedo(
+    rng: np.random.Generator,
+    bank: NoiseBank,
+    thing: Thing,
+    distance: Field,
+    x: Field,
+    y: Field,
+    colour: Colour,
+    table: Colour,
+) -> Planes:
     """Paint: plain, grained, banded rim, petals, dots, two colours."""
     paint = colour * np.ones((*x.shape, 1), np.float32)
     depth = -distance
     if rng.random() < 0.4:
-        paint = paint * (1 + rng.uniform(0, 0.25) * bank.cut(rng, x, y, tuple(rng.uniform(0.5, 4, 2)))[..., None])
+        paint = paint * (
+            1 + rng.uniform(0, 0.25) * bank.cut(rng, x, y, tuple(rng.uniform(0.5, 4, 2)))[..., None]
+        )
     if thing.kind in (0, 1, 5, 6) and rng.random() < 0.5:
         for _ in range(int(rng.integers(1, 4))):
             pick = rng.random()
@@ -109,7 +127,9 @@ def _albedo(rng: np.random.Generator, bank: NoiseBank, thing: Thing, distance: F
             elif pick < 0.7:
                 phi = np.arctan2(y - y.mean(), x - x.mean())
                 wave = np.sin(int(rng.integers(3, 16)) * phi + rng.uniform(0, 6))
-                mask = _smooth(wave, -0.1, 0.3) * _cover(np.abs(depth - rng.uniform(0, thing.reach)) - rng.uniform(0.5, 4))
+                mask = _smooth(wave, -0.1, 0.3) * _cover(
+                    np.abs(depth - rng.uniform(0, thing.reach)) - rng.uniform(0.5, 4)
+                )
             elif pick < 0.85:
                 period = rng.uniform(2.5, 9)
                 grid = np.sin(2 * np.pi * x / period) * np.sin(2 * np.pi * y / period)
@@ -146,12 +166,26 @@ def _surface(rng: np.random.Generator, thing: Thing, distance: Field) -> tuple[F
             slope -= rng.uniform(0, 0.4) * inner * _smooth(-thing.floor, 6, 0)
         hollow = np.asarray(inner + 0.5 * wall)
     elif thing.kind in (6, 3) or rng.random() < 0.3:
-        round_ = max(1.0, thing.reach * rng.uniform(0.3, 1.0)) if thing.kind == 6 else rng.uniform(0.8, 3)
+        round_ = (
+            max(1.0, thing.reach * rng.uniform(0.3, 1.0))
+            if thing.kind == 6
+            else rng.uniform(0.8, 3)
+        )
         slope += rng.uniform(0.4, 1.6) * np.clip(1 - depth / round_, 0, 1)
     return np.asarray(slope, np.float32), np.asarray(hollow, np.float32)
 
 
-def _paint_opaque(rng: np.random.Generator, bank: NoiseBank, picture: Planes, thing: Thing, distance: Field, light: Light, x: Field, y: Field, colour: Colour) -> tuple[Planes, Field]:
+def _paint_opaque(
+    rng: np.random.Generator,
+    bank: NoiseBank,
+    picture: Planes,
+    thing: Thing,
+    distance: Field,
+    light: Light,
+    x: Field,
+    y: Field,
+    colour: Colour,
+) -> tuple[Planes, Field]:
     near = picture[(distance > 0) & (distance < 3)]
     table = near.mean(0).astype(np.float32) if len(near) else colour
     paint = _albedo(rng, bank, thing, distance, x, y, colour, table)
@@ -181,7 +215,10 @@ def _paint_opaque(rng: np.random.Generator, bank: NoiseBank, picture: Planes, th
     if gloss < 0.6:
         power = rng.uniform(4, 60)
         hz = 1.0 / np.sqrt(2.0)
-        spec = np.clip((nx * light.x * 0.6 + ny * light.y * 0.6 + 1) * norm * hz + 1 - hz, 0, 1) ** power
+        spec = (
+            np.clip((nx * light.x * 0.6 + ny * light.y * 0.6 + 1) * norm * hz + 1 - hz, 0, 1)
+            ** power
+        )
         body = body + rng.uniform(0, 0.6) * spec[..., None]
     if thing.kind in (3, 4) and rng.random() < 0.55:
         # Metal mirrors a room that is not there: streaks along the normal.
@@ -195,9 +232,15 @@ def _paint_opaque(rng: np.random.Generator, bank: NoiseBank, picture: Planes, th
         fill = thing.floor + rng.uniform(-1.5, 2.5)
         if rng.random() < 0.5:
             lump = rng.uniform(0.4, 1.0) * thing.reach
-            fill = np.maximum(fill, fill + 2.5 * bank.cut(rng, x, y, (1.5, 1.5), 3) + thing.reach * 0.3 - lump)
+            fill = np.maximum(
+                fill, fill + 2.5 * bank.cut(rng, x, y, (1.5, 1.5), 3) + thing.reach * 0.3 - lump
+            )
         contents = _cover(fill)
-        food = random_colour(rng) * (1 + rng.uniform(0, 0.4) * bank.cut(rng, x, y, (2.5, 2.5), int(rng.integers(0, 4)))[..., None])
+        food = random_colour(rng) * (
+            1
+            + rng.uniform(0, 0.4)
+            * bank.cut(rng, x, y, (2.5, 2.5), int(rng.integers(0, 4)))[..., None]
+        )
         body = body * (1 - contents[..., None]) + food * shade[..., None] * contents[..., None]
     cover = _cover(distance)
     if thing.holes is not None:
@@ -206,7 +249,16 @@ def _paint_opaque(rng: np.random.Generator, bank: NoiseBank, picture: Planes, th
     return np.asarray(picture * (1 - share) + body * share, np.float32), contents
 
 
-def _paint_clear(rng: np.random.Generator, bank: NoiseBank, picture: Planes, thing: Thing, distance: Field, light: Light, x: Field, y: Field) -> tuple[Planes, Field]:
+def _paint_clear(
+    rng: np.random.Generator,
+    bank: NoiseBank,
+    picture: Planes,
+    thing: Thing,
+    distance: Field,
+    light: Light,
+    x: Field,
+    y: Field,
+) -> tuple[Planes, Field]:
     """Glass: the table shows through, bent; rims and edges light and dark; a few sparks."""
     assert thing.floor is not None
     gy, gx = np.gradient(distance)
@@ -240,10 +292,14 @@ def _paint_clear(rng: np.random.Generator, bank: NoiseBank, picture: Planes, thi
     for _ in range(int(rng.integers(0, 4))):
         angle = rng.normal(np.arctan2(light.y, light.x), 0.8) + (np.pi if rng.random() < 0.3 else 0)
         mid = (gx * np.cos(angle) + gy * np.sin(angle)).clip(0, 1) ** rng.uniform(6, 60)
-        spark = mid * np.exp(-(((distance + rng.uniform(0.3, thing.reach * 0.6)) / rng.uniform(0.4, 1.5)) ** 2))
+        spark = mid * np.exp(
+            -(((distance + rng.uniform(0.3, thing.reach * 0.6)) / rng.uniform(0.4, 1.5)) ** 2)
+        )
         body = body + rng.uniform(0.2, 1.0) * spark[..., None]
     if rng.random() < 0.3:
-        body = body * (1 + rng.uniform(0, 0.2) * bank.cut(rng, gx * 20 + x, gy * 20 + y, (1, 1), 4)[..., None])
+        body = body * (
+            1 + rng.uniform(0, 0.2) * bank.cut(rng, gx * 20 + x, gy * 20 + y, (1, 1), 4)[..., None]
+        )
     share = _cover(distance)[..., None]
     return np.asarray(picture * (1 - share) + body * share, np.float32), contents
 
@@ -272,7 +328,9 @@ def _finish(rng: np.random.Generator, picture: Planes) -> NDArray[np.uint8]:
     return pixels
 
 
-def make_picture(rng: np.random.Generator, bank: NoiseBank, size: int = 100) -> tuple[NDArray[np.uint8], Planes]:
+def make_picture(
+    rng: np.random.Generator, bank: NoiseBank, size: int = 100
+) -> tuple[NDArray[np.uint8], Planes]:
     """One picture (size, size, 3) uint8 and its answers (7, size, size), see `CHANNELS`.
 
     Pixel (i, j) is centred at (i + ½, j + ½). Distance is exact to about 0.05 px near rims.
@@ -283,14 +341,22 @@ def make_picture(rng: np.random.Generator, bank: NoiseBank, size: int = 100) -> 
     distance = np.full((size, size), 60.0, np.float32)
     planes = np.zeros((len(CHANNELS), size, size), np.float32)
     planes[5:] = -1.0
-    count = int(rng.choice([0, 1, 2, 3, 4, 5, 6, 7, 8], p=[0.02, 0.05, 0.1, 0.15, 0.2, 0.18, 0.14, 0.1, 0.06]))
+    count = int(
+        rng.choice(
+            [0, 1, 2, 3, 4, 5, 6, 7, 8], p=[0.02, 0.05, 0.1, 0.15, 0.2, 0.18, 0.14, 0.1, 0.06]
+        )
+    )
     base_colour = random_colour(rng)
     for number in range(count):
         placed = _place(rng, x, y, distance, size)
         if placed is None:
             continue
         thing, own = placed
-        height = float(thing.reach * rng.uniform(0.1, 0.5) if thing.kind in (0, 3) else thing.reach * rng.uniform(0.3, 1.6))
+        height = float(
+            thing.reach * rng.uniform(0.1, 0.5)
+            if thing.kind in (0, 3)
+            else thing.reach * rng.uniform(0.3, 1.6)
+        )
         height = float(np.clip(height, 0.5, 16))
         pick = rng.random()
         if pick < 0.25:
@@ -322,7 +388,9 @@ def make_picture(rng: np.random.Generator, bank: NoiseBank, size: int = 100) -> 
     return _finish(rng, picture), planes
 
 
-def _place(rng: np.random.Generator, x: Field, y: Field, distance: Field, size: int) -> tuple[Thing, Field] | None:
+def _place(
+    rng: np.random.Generator, x: Field, y: Field, distance: Field, size: int
+) -> tuple[Thing, Field] | None:
     """A thing where it keeps off the others (nearly always), and its own signed distance."""
     gap = -1.0 if rng.random() < 0.03 else rng.uniform(1.0, 4.0)
     for _ in range(4):

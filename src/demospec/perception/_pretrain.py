@@ -146,8 +146,12 @@ def answers_loss(answers: Tensor, planes: Tensor) -> tuple[Tensor, dict[str, flo
     mask = inside.float()
     thickness = (mask * (answers[:, 1] - planes[:, 1]).abs()).sum() / count
     height = (mask * (answers[:, 4] - planes[:, 4]).abs()).sum() / count
-    clear = functional.binary_cross_entropy_with_logits(answers[:, 2], planes[:, 2], reduction="none")
-    filled = functional.binary_cross_entropy_with_logits(answers[:, 3], planes[:, 3], reduction="none")
+    clear = functional.binary_cross_entropy_with_logits(
+        answers[:, 2], planes[:, 2], reduction="none"
+    )
+    filled = functional.binary_cross_entropy_with_logits(
+        answers[:, 3], planes[:, 3], reduction="none"
+    )
     clear, filled = (mask * clear).sum() / count, (mask * filled).sum() / count
     which = functional.cross_entropy(answers[:, 5:], kind, ignore_index=-1, reduction="sum") / count
     loss = far + 0.15 * thickness + 0.1 * clear + 0.1 * filled + 0.15 * height + 0.12 * which
@@ -193,7 +197,9 @@ def pretrain(
     chunks = _chunks(settings, size)
     first_fill = min(settings.pool, max(settings.batch * 8, 256))
     pool_x = torch.empty((settings.pool, 3, settings.size_px, settings.size_px), dtype=torch.uint8)
-    pool_y = torch.empty((settings.pool, 7, settings.size_px, settings.size_px), dtype=torch.float16)
+    pool_y = torch.empty(
+        (settings.pool, 7, settings.size_px, settings.size_px), dtype=torch.float16
+    )
     filled, at, owed = 0, 0, float(first_fill)
     shown: dict[str, float] = {}
     began = saved = time.monotonic()

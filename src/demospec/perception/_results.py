@@ -82,7 +82,9 @@ class Sight:
         return read_map(self.distance, points_px, self.size_px)
 
 
-def read_map(values: NDArray[np.floating], points_px: ArrayLike, size_px: tuple[int, int]) -> FloatArray:
+def read_map(
+    values: NDArray[np.floating], points_px: ArrayLike, size_px: tuple[int, int]
+) -> FloatArray:
     """Reads an (h, w) map over a picture of `size_px` at points (…, 2), bilinear.
 
     Map pixel (i, j) is centred at ((i + ½)·width/w, (j + ½)·height/h); beyond the outer

@@ -99,4 +99,6 @@ def look(
     total /= 1 + len(others)
     per_pixel = float(np.sqrt(size[0] / grid[0] * size[1] / grid[1]))
     slots = find_slots(total, features[0], context[0], planes, size)
-    return Sight(size, grid, total[0] * np.float32(per_pixel), total, features[0], context[0], slots)
+    return Sight(
+        size, grid, total[0] * np.float32(per_pixel), total, features[0], context[0], slots
+    )

@@ -79,9 +79,13 @@ def _ear(rng: np.random.Generator, x: Field, y: Field, radius: float) -> Field:
         ring = radius * rng.uniform(0.25, 0.55)
         return np.maximum(shapes.arc(u - radius, v, ring, thick), -(np.hypot(u, v) - radius * 0.9))
     if pick < 0.75:
-        return shapes.capsule(u, v, radius * 0.8, 0, radius * rng.uniform(1.15, 1.6), 0, thick, thick)
+        return shapes.capsule(
+            u, v, radius * 0.8, 0, radius * rng.uniform(1.15, 1.6), 0, thick, thick
+        )
     long = radius * rng.uniform(1.8, 3.0)
-    return shapes.capsule(u, v, radius * 0.8, 0, long, 0, thick * 0.9, thick * rng.uniform(0.8, 1.4))
+    return shapes.capsule(
+        u, v, radius * 0.8, 0, long, 0, thick * 0.9, thick * rng.uniform(0.8, 1.4)
+    )
 
 
 def _dish(rng: np.random.Generator, x: Field, y: Field, kind: int) -> Thing:
@@ -138,7 +142,9 @@ def _oblique(rng: np.random.Generator, x: Field, y: Field, kind: int) -> Thing:
         body = _union(body, loop)
     wall = radius * rng.uniform(0.05, 0.2)
     direction = (-np.sin(angle) * drop, np.cos(angle) * drop)
-    return Thing(kind, body, mouth + wall, handle, radius, (float(direction[0]), float(direction[1])))
+    return Thing(
+        kind, body, mouth + wall, handle, radius, (float(direction[0]), float(direction[1]))
+    )
 
 
 def _long(rng: np.random.Generator, x: Field, y: Field) -> Thing:
@@ -204,7 +210,13 @@ def _long(rng: np.random.Generator, x: Field, y: Field) -> Thing:
 
 
 def _tines(
-    rng: np.random.Generator, x: Field, y: Field, centre: float, half: float, head: float, width: float
+    rng: np.random.Generator,
+    x: Field,
+    y: Field,
+    centre: float,
+    half: float,
+    head: float,
+    width: float,
 ) -> list[Field]:
     count = int(rng.integers(2, 5))
     span = max(width * 1.2, rng.uniform(1.2, 3.6))
@@ -224,31 +236,48 @@ def _tool(rng: np.random.Generator, x: Field, y: Field) -> Thing:
     bar = shapes.capsule(x, y, -size, 0, size * 0.6, 0, thick * rng.uniform(0.7, 1.4), thick)
     handle: Field | None = np.maximum(bar, x + size * rng.uniform(-0.2, 0.5))
     if pick < 0.2:
-        head = shapes.box(x - size * 0.75, y, thick * rng.uniform(0.8, 2), size * rng.uniform(0.25, 0.6), thick * 0.4)
+        head = shapes.box(
+            x - size * 0.75,
+            y,
+            thick * rng.uniform(0.8, 2),
+            size * rng.uniform(0.25, 0.6),
+            thick * 0.4,
+        )
         level = _union(bar, head)
     elif pick < 0.4:
         spread, kink = rng.uniform(0.08, 0.4), size * rng.uniform(0.1, 0.4)
         parts = []
         for side in (-1, 1):
-            parts.append(shapes.capsule(x, y, -size, side * size * spread, kink, 0, thick, thick * 0.8))
+            parts.append(
+                shapes.capsule(x, y, -size, side * size * spread, kink, 0, thick, thick * 0.8)
+            )
             tip = side * size * spread * rng.uniform(-0.3, 0.5)
             parts.append(shapes.capsule(x, y, kink, 0, size * 0.8, tip, thick * 1.1, thick * 0.4))
         level = _union(*parts)
         if rng.random() < 0.5:
-            rings = [shapes.arc(x + size, y - s * size * spread, thick * 1.6, thick * 0.5) for s in (-1, 1)]
+            rings = [
+                shapes.arc(x + size, y - s * size * spread, thick * 1.6, thick * 0.5)
+                for s in (-1, 1)
+            ]
             level = _union(level, *rings)
         handle = np.maximum(level, x + size * 0.2)
     elif pick < 0.6:
         body = shapes.box(x - size * 0.2, y + size * 0.3, size * 0.6, size * 0.2, size * 0.08)
         lean = rng.uniform(-0.3, 0.3)
-        grip = shapes.box(x + size * 0.15 + lean * y, y - size * 0.2, size * 0.15, size * 0.5, size * 0.06)
+        grip = shapes.box(
+            x + size * 0.15 + lean * y, y - size * 0.2, size * 0.15, size * 0.5, size * 0.06
+        )
         foot = shapes.box(x + size * 0.1, y - size * 0.7, size * 0.3, size * 0.14, size * 0.05)
-        nose = shapes.capsule(x, y, size * 0.8, -size * 0.3, size * 1.1, -size * 0.3, thick * 0.6, thick * 0.3)
+        nose = shapes.capsule(
+            x, y, size * 0.8, -size * 0.3, size * 1.1, -size * 0.3, thick * 0.6, thick * 0.3
+        )
         level = _union(body, grip, nose) if rng.random() < 0.4 else _union(body, grip, foot, nose)
         handle = grip
     elif pick < 0.8:
         jaw = shapes.ellipse(x - size * 0.75, y, thick * 2, thick * 2)
-        jaw = np.maximum(jaw, -shapes.box(x - size * 0.95, y, thick * 1.4, thick * rng.uniform(0.5, 1), 0))
+        jaw = np.maximum(
+            jaw, -shapes.box(x - size * 0.95, y, thick * 1.4, thick * rng.uniform(0.5, 1), 0)
+        )
         level = _union(bar, jaw)
         if rng.random() < 0.5:
             level = _union(level, shapes.arc(x + size, y, thick * 1.5, thick * 0.7))
@@ -259,7 +288,15 @@ def _tool(rng: np.random.Generator, x: Field, y: Field) -> Thing:
         for _ in range(count):
             x0, y0, x1, y1 = rng.uniform(-0.8, 0.8, 4) * size
             parts.append(shapes.capsule(x, y, 0, 0, x1, y1, thick, thick * rng.uniform(0.5, 1.5)))
-            parts.append(shapes.box(x - x0 * 0.4, y - y0 * 0.4, size * rng.uniform(0.1, 0.4), size * rng.uniform(0.1, 0.4), 1.0))
+            parts.append(
+                shapes.box(
+                    x - x0 * 0.4,
+                    y - y0 * 0.4,
+                    size * rng.uniform(0.1, 0.4),
+                    size * rng.uniform(0.1, 0.4),
+                    1.0,
+                )
+            )
         level = _union(*parts)
         handle = parts[0] if rng.random() < 0.5 else None
     return Thing(4, level, None, handle, size)
