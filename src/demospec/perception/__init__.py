@@ -13,7 +13,6 @@ from demospec.perception._things import KINDS
 
 if TYPE_CHECKING:
     from demospec.perception._body import Body, BodySize
-    from demospec.perception._detect import Detection, detect_objects, detect_set
     from demospec.perception._looks import SymbolHead
     from demospec.perception._pictures import make_picture
     from demospec.perception._pretrain import PretrainSettings, pretrain
@@ -25,14 +24,11 @@ __all__ = [
     "SHIPPED",
     "Body",
     "BodySize",
-    "Detection",
     "PretrainSettings",
     "Sight",
     "Slot",
     "SymbolHead",
     "canonical_grid",
-    "detect_objects",
-    "detect_set",
     "load_body",
     "look",
     "make_picture",
@@ -45,12 +41,9 @@ _HOME = {
     "SHIPPED": "_weights",
     "Body": "_body",
     "BodySize": "_body",
-    "Detection": "_detect",
     "PretrainSettings": "_pretrain",
     "SymbolHead": "_looks",
     "canonical_grid": "_sight",
-    "detect_objects": "_detect",
-    "detect_set": "_detect",
     "load_body": "_weights",
     "look": "_sight",
     "make_picture": "_pictures",
