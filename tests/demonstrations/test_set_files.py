@@ -229,8 +229,8 @@ CASES: list[tuple[Edit, str, str]] = [
     (scene_line(1, goal=[1e300, 2]), LINES, "row 1, goal.0.*finite"),
     (scene_line(1, goal="DELETE"), LINES, "row 1, goal"),
     (scene_line(1, file_name="nowhere.png"), LINES, "row 1, file_name.*exists"),
-    (scene_line(1, file_name="../dataset.json"), LINES, "row 1, file_name.*scenes folder"),
-    (scene_line(1, file_name="/etc/hostname"), LINES, "row 1, file_name.*scenes folder"),
+    (scene_line(1, file_name="../dataset.json"), LINES, "row 1, file_name.*folder scenes"),
+    (scene_line(1, file_name="/etc/hostname"), LINES, "row 1, file_name.*folder scenes"),
     (scene_line(1, file_name="a\0b.png"), LINES, "row 1, file_name"),
     (scene_line(1, file_name="metadata.jsonl"), LINES, "PNG or JPEG"),
     (scene_line(0, objects=[OBJECT, OBJECT]), LINES, "row 0, objects.id.*each object once"),
@@ -302,7 +302,7 @@ def test_a_picture_link_that_leaves_the_folder_is_refused(tmp_path: Path) -> Non
     secret.write_bytes((tmp_path / "set" / "scenes" / "one.png").read_bytes())
     (tmp_path / "set" / "scenes" / "one.png").unlink()
     (tmp_path / "set" / "scenes" / "one.png").symlink_to(secret)
-    with pytest.raises(InputError, match="scenes folder"):
+    with pytest.raises(InputError, match="folder scenes"):
         read_set(tmp_path / "set")
 
 

@@ -142,7 +142,7 @@ def test_many_scenes_with_a_threshold_each():
         scenes.append(RuleScene((RuleObject("cup", "cup", tuple(rng.random(2) * 20)),), f"s{s}"))
         for valid in (True, False):
             offset = 30.0 if valid else 6.0
-            points = [*np.array(scenes[-1].objects[0].center), [offset, 0.0], [offset, 1.0]]
+            points = scenes[-1].objects[0].center + np.array([[offset, 0.0], [offset, 1.0]])
             paths.append(RuleTrajectory(s, valid, points))
     problem = RuleProblem(tuple(scenes), tuple(paths), 10, bounds=Bounds((1, 5), (1, 40)))
     answer = solve(problem)
