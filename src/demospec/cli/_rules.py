@@ -61,6 +61,10 @@ def rules(
     scene: Annotated[
         str | None, typer.Option(help="Scene of --picture (default: the first).")
     ] = None,
+    enough: Annotated[
+        bool,
+        typer.Option("--enough", help="How the answer narrows with the number of demonstrations."),
+    ] = False,
 ) -> None:
     """What each kind of person keeps away from, and how far."""
     _one_of("--sharing", sharing, ("average", "shared", "separate"))
@@ -71,6 +75,11 @@ def rules(
     _one_of("--reading", reading, (None, *readings))
     settings: dict[str, Any] = {"preset": preset, "reading": reading, "F_max": f_max}
     settings = {key: value for key, value in settings.items() if value is not None}
+    if enough:
+        within = None if split == "all" else split
+        chosen: dict[str, Any] = {"sharing": sharing, "distance": distance, "split": within}
+        _enough(paths, settings, chosen, json=json, out=out, picture=picture)
+        return
     if len(paths) == 1 and not _is_problem(paths[0]):
         _set(
             paths[0],
@@ -178,6 +187,70 @@ def _set(
 def _matters(symbol: str, rule: Any) -> str:
     word = "yes" if symbol in rule.clearance.relevant else "no"
     return f"{word}, not shown" if symbol in rule.clearance.uninformed else word
+
+
+def _enough(
+    paths: list[Path],
+    settings: dict[str, Any],
+    chosen: dict[str, Any],
+    *,
+    json: bool,
+    out: Path | None,
+    picture: Path | None,
+) -> None:
+    """`--enough`: of a set by type (clearance), of a problem by good and bad (influence)."""
+    from demospec.rules import enough_problem, enough_set, enough_words, problem_from_document
+
+    if len(paths) != 1:
+        raise InputError("one set or one problem", f"{len(paths)} paths", field="--enough")
+    path = paths[0]
+    document: dict[str, Any]
+    if not _is_problem(path):
+        from demospec.demonstrations import read_set
+
+        if picture is not None:
+            raise InputError("an influence problem to draw", str(path), field="--picture")
+        with progress_bar() as progress:
+            document = {"types": enough_set(read_set(path), progress=progress, **chosen)}
+        rows = [
+            [name, n, f"{same:.0%}", width]
+            for name, entry in document["types"].items()
+            for n, same, width in zip(
+                entry["counts"], entry["same_classes"], entry["width"], strict=True
+            )
+        ]
+        title = "Random parts of the demonstrations, answered anew"
+        header = ["type", "demonstrations", "same classes as all", "width of the interval"]
+        words = ""
+    else:
+        from demospec.files import read_json
+
+        try:
+            content = read_json(path)
+            if not isinstance(content, dict) or content.get("family", "influence") != "influence":
+                raise InputError("an influence problem, or a set", "another", field="--enough")
+            with progress_bar() as progress:
+                problem = problem_from_document({**content, **settings})
+                document = enough_problem(problem, progress=progress)
+        except InputError as error:
+            raise error.at(file=path) from error
+        width = document["width"]
+        rows = [list(row) for row in zip(width["counts"], width["median"], strict=True)]
+        title = "Width of the envelope of L"
+        header = ["demonstrations", "greatest less least L (median)"]
+        words = enough_words(width)
+        if picture is not None:
+            from demospec.report import draw_transition
+
+            draw_transition(document, picture)
+            say(f"wrote {picture}")
+    save_json(document, out)
+    if json:
+        print_json(document)
+        return
+    print_table(title, header, rows)
+    if words:
+        print(words)
 
 
 def _problems(

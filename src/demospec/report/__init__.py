@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     )
     from demospec.report._envelope_picture import draw_envelopes
     from demospec.report._plan_picture import draw_plan
+    from demospec.report._transition_picture import draw_transition
 
 __all__ = [
     "Figure",
@@ -35,6 +36,7 @@ __all__ = [
     "draw_counterfactual",
     "draw_effect_map",
     "draw_plan",
+    "draw_transition",
     "render_html",
     "save_causal_picture",
     "save_figure",
@@ -52,6 +54,8 @@ def __getattr__(name: str) -> Any:
         return importlib.import_module("demospec.report._envelope_picture").draw_envelopes
     if name == "draw_plan":
         return importlib.import_module("demospec.report._plan_picture").draw_plan
+    if name == "draw_transition":
+        return importlib.import_module("demospec.report._transition_picture").draw_transition
     if name in ("draw_causal_picture", "save_causal_picture"):
         return getattr(importlib.import_module("demospec.report._causal_picture"), name)
     if name in ("draw_boundary_shift", "draw_counterfactual", "draw_effect_map", "save_figure"):

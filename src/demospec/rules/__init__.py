@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from demospec.rules._clearance import ClearanceFit, fit_clearance
     from demospec.rules._conflict import minimal_conflict
     from demospec.rules._documents import read_rules, rules_document, rules_from_document
+    from demospec.rules._enough import enough_problem, enough_set, enough_words
     from demospec.rules._evaluate import evaluate_rule
     from demospec.rules._features import PointFeature, register_feature
     from demospec.rules._fmax import FmaxAnswer, identify_F_max
@@ -57,6 +58,9 @@ __all__ = [
     "consistent_sets",
     "register_feature",
     "PointFeature",
+    "enough_problem",
+    "enough_set",
+    "enough_words",
     "evaluate_rule",
     "describe_influence",
     "InfluenceAnswer",
@@ -101,6 +105,9 @@ _HOME = {
     "consistent_sets": "_sets",
     "register_feature": "_features",
     "PointFeature": "_features",
+    "enough_problem": "_enough",
+    "enough_set": "_enough",
+    "enough_words": "_enough",
     "evaluate_rule": "_evaluate",
     "describe_influence": "_answer",
     "InfluenceAnswer": "_answer",

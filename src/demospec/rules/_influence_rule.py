@@ -238,7 +238,11 @@ def influence_words(answer: Mapping[str, Any], metres_per_unit: float | None) ->
         for name, (shortest, longest) in hull["radius"].items()
         if shortest > high
     ]
-    if len(far) == 1:
+    if high == 0 and far:
+        # Touching is not forbidden as such: "at least 0 px" would say nothing.
+        reach = listed([f"{length} from {where}" for where, length in far])
+        text = f"no distance is forbidden outright; within {reach} it depends on how long"
+    elif len(far) == 1:
         ((where, length),) = far
         text = f"keeps at least {least} from {where}; "
         text += f"between {high} and {length} it depends on how long"
