@@ -7,10 +7,16 @@ The command line turns an `InputError` into exit status 2 and one line on stderr
 from __future__ import annotations
 
 import os
+from typing import Any
 
 
 class DemospecError(Exception):
     """Base of every exception that demospec raises on purpose."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # Exceptions are rebuilt from their one-line message, which is not how ours are made;
+        # raised in a worker process they must reach the parent whole.
+        return _revived, (type(self), self.args, self.__dict__)
 
 
 class InputError(DemospecError):
@@ -102,6 +108,14 @@ class MissingPackageError(DemospecError):
         super().__init__(
             f"{what} needs the Debian package {package}: run  apt-get install {package}"
         )
+
+
+def _revived(
+    kind: type[DemospecError], arguments: tuple[Any, ...], state: dict[str, Any]
+) -> DemospecError:
+    error = kind.__new__(kind, *arguments)
+    error.__dict__.update(state)
+    return error
 
 
 def _short(value: object, limit: int = 120) -> str:

@@ -1,0 +1,188 @@
+"""Many independent tasks: in this process, in worker processes, or on a Dask cluster.
+
+A task carries *references* (paths, row groups, settings, seeds), not data, and its function
+gives the same answer wherever it runs. Results come in the order of the tasks, so that one
+process, twelve processes and a cluster write the same bytes. Both ways of fanning out go
+through joblib: ``loky`` on this machine, its Dask backend for a cluster that somebody (or one
+of Dask's deployers: SLURM, Kubernetes, SSH) has started.
+
+Workers that die: a cluster runs the task of a dead worker again by itself; here the tasks
+without an answer are handed to new processes. A task that kills every worker it meets stops
+the run after `DEATHS` deaths in a row, with the answers so far already given out.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import sys
+import threading
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, TypeVar
+
+from demospec.errors import DemospecError, InputError, MissingExtraError
+from demospec.progress import Progress, silent
+
+Task = TypeVar("Task")
+Result = TypeVar("Result")
+
+DEATHS = 3
+"""Workers that may die in a row without one answer coming in between."""
+CONNECT_S = 15.0
+"""How long a scheduler, and the first worker of it, is waited for."""
+
+
+def run_tasks(
+    function: Callable[[Task], Result],
+    tasks: Sequence[Task],
+    *,
+    workers: int = 1,
+    cluster: str | None = None,
+    progress: Progress = silent,
+    what: str = "tasks",
+) -> list[Result]:
+    """``[function(task) for task in tasks]``, spread over processes or machines.
+
+    Args:
+        function: Of a module (or anything cloudpickle takes); deterministic given its task.
+        tasks: Small and picklable; a random task carries its own seed (`task_seed`).
+        workers: Processes on this machine, ≥ 1; not used with `cluster`.
+        cluster: Address of a Dask scheduler, such as ``tcp://10.0.0.5:8786``.
+        progress: Told after every result, in the order of the tasks.
+        what: Name of the stage for `progress`.
+
+    Raises:
+        InputError: `workers` below 1, or no scheduler or worker answers at `cluster`.
+        MissingExtraError: `cluster` without Dask installed.
+        DemospecError: One task killed `DEATHS` workers in a row.
+    """
+    return list(
+        iterate_tasks(
+            function, tasks, workers=workers, cluster=cluster, progress=progress, what=what
+        )
+    )
+
+
+def iterate_tasks(
+    function: Callable[[Task], Result],
+    tasks: Sequence[Task],
+    *,
+    workers: int = 1,
+    cluster: str | None = None,
+    progress: Progress = silent,
+    what: str = "tasks",
+) -> Iterator[Result]:
+    """As `run_tasks`, one result after the other: what was given out stays done.
+
+    Stop early by closing the generator (or by Ctrl-C): the workers' tasks are dropped.
+    """
+    if workers < 1:
+        raise InputError("at least 1", workers, field="workers")
+    with _executor(workers if len(tasks) > 1 or cluster else 1, cluster) as some:
+        for done, result in enumerate(some(function, tasks), start=1):
+            progress(what, done, len(tasks))
+            yield result
+
+
+def task_seed(seed: int, index: int) -> int:
+    """A 32-bit seed for task `index`: the same however many tasks or workers there are."""
+    import numpy as np
+
+    state = np.random.SeedSequence(entropy=seed, spawn_key=(index,)).generate_state(1)
+    return int(state[0])
+
+
+Runner = Callable[[Callable[[Any], Any], Sequence[Any]], Iterator[Any]]
+
+
+@contextlib.contextmanager
+def _executor(workers: int, cluster: str | None) -> Iterator[Runner]:
+    if cluster is not None:
+        with _client(cluster) as client:
+            yield lambda function, tasks: _fan_out(
+                function, tasks, {"backend": "dask", "client": client, "n_jobs": -1}
+            )
+    elif workers == 1:
+        yield lambda function, tasks: (function(task) for task in tasks)
+    else:
+        # Libraries in the workers compute on one thread each: the sums of a process with one
+        # thread, and no more threads than cores.
+        settings = {"backend": "loky", "n_jobs": workers, "inner_max_num_threads": 1}
+        yield lambda function, tasks: _fan_out(function, tasks, settings)
+
+
+def _fan_out(
+    function: Callable[[Any], Any], tasks: Sequence[Any], settings: dict[str, Any]
+) -> Iterator[Any]:
+    """Ordered results; starts again behind the last one given out when processes die."""
+    from joblib import Parallel, delayed, parallel_config
+    from joblib.externals.loky.process_executor import TerminatedWorkerError
+
+    call = _Call(function)
+    first, deaths = 0, 0
+    while first < len(tasks):
+        with parallel_config(**settings):
+            parallel = Parallel(return_as="generator", batch_size=1, pre_dispatch="3*n_jobs")
+            results = parallel(delayed(call)(task) for task in tasks[first:])
+        try:
+            for result in results:
+                first, deaths = first + 1, 0
+                yield result
+        except TerminatedWorkerError:
+            deaths += 1
+            if deaths >= DEATHS:
+                found = f"task {first} ended {deaths} worker processes (too little memory?)"
+                raise DemospecError(found) from None
+        except Exception as error:
+            if type(error).__name__ != "KilledWorker":
+                raise
+            raise DemospecError(f"the cluster gave up on a task: {_one_line(error)}") from None
+        finally:
+            with warnings.catch_warnings():  # joblib counts the tasks that were dropped
+                warnings.simplefilter("ignore")
+                results.close()
+
+
+class _Call:
+    """A function as a worker runs it: Ctrl-C is the parent's to handle."""
+
+    def __init__(self, function: Callable[[Any], Any]) -> None:
+        self.function = function
+        self.parent = os.getpid()
+
+    def __call__(self, task: Any) -> Any:
+        elsewhere = os.getpid() != self.parent
+        if elsewhere and threading.current_thread() is threading.main_thread():
+            signal.signal(signal.SIGINT, signal.SIG_IGN)
+        if elsewhere and "torch" in sys.modules:
+            sys.modules["torch"].set_num_threads(1)
+        return self.function(task)
+
+
+@contextlib.contextmanager
+def _client(address: str) -> Iterator[Any]:
+    """A client of the scheduler at `address`; its tasks are dropped when the block ends."""
+    try:
+        import distributed
+    except ImportError as error:
+        raise MissingExtraError("dask", "distributed", "a cluster") from error
+    connect: Any = distributed.Client
+    try:
+        client = connect(address, timeout=CONNECT_S, set_as_default=False)
+    except (OSError, ValueError, TimeoutError) as error:
+        expected = "the address of a running Dask scheduler"
+        raise InputError(expected, address, field="cluster") from error
+    try:
+        try:
+            client.wait_for_workers(1, timeout=CONNECT_S)
+        except TimeoutError as error:
+            raise InputError("a cluster with workers", "none", field="cluster") from error
+        yield client
+    finally:
+        client.close()
+
+
+def _one_line(error: BaseException) -> str:
+    return " ".join(str(error).split())[:300]
