@@ -16,6 +16,8 @@ LEAST_AREA = 6.0
 LEAST_DEPTH = 0.35
 """Parts that are nowhere deeper than this (map pixels) are not things."""
 
+_ELSEWHERE = 4.0  # map pixels; more than `distance_from_level` takes over unchanged
+
 _JOIN = 1.2  # parts whose rims come this close (map pixels) and look alike are one thing
 
 
@@ -91,7 +93,8 @@ def _measured(
     cx, cy = float((x * share).sum() / total), float((y * share).sum() / total)
     spread = np.cov(np.stack([x, y]), aweights=share, bias=True) + np.eye(2) / 12
     minor, major = np.sqrt(np.maximum(np.linalg.eigvalsh(spread), 1e-3))
-    level = np.where(cell, answers[0], np.maximum(answers[0], 1.0)).astype(np.float32)
+    # Over the other things the answer is *their* distance: far above what is kept as it is.
+    level = np.where(cell, answers[0], np.maximum(answers[0], _ELSEWHERE)).astype(np.float32)
     own = distance_from_level(level)
     outline = _outline(np.where(cell, answers[0], np.float32(1.0)))
     scaled = outline * np.array([sx, sy])

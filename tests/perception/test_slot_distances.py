@@ -1,0 +1,19 @@
+"""A slot's distance is to that thing alone, over the other things too."""
+
+import numpy as np
+
+from demospec.perception._slots import find_slots
+
+
+def test_distance_to_one_thing_is_right_over_another():
+    y, x = np.mgrid[0:100, 0:100] + 0.5
+    first = np.hypot(x - 20, y - 30) - 9
+    second = np.hypot(x - 70, y - 60) - 6
+    answers = np.zeros((12, 100, 100), np.float32)
+    answers[0] = np.minimum(first, second)
+    features, context = np.zeros((4, 52, 52), np.float32), np.zeros((4, 13, 13), np.float32)
+    planes = np.full((3, 100, 100), 0.5, np.float32)
+    slots = find_slots(answers, features, context, planes, (100, 100))
+    assert len(slots) == 2
+    for slot, exact in zip(slots, (first, second), strict=True):
+        assert np.abs(slot.distance - exact).max() < 0.5
