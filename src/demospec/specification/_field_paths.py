@@ -128,8 +128,8 @@ class LogitMap:
     def _steepest(self) -> float:
         """Largest slope of the map, logits a map pixel."""
         v = self.values
-        along = [float(np.abs(np.diff(v, axis=axis)).max(initial=0.0)) for axis in (0, 1)]
-        return float(np.hypot(*along))
+        down, across = (float(np.abs(np.diff(v, axis=axis)).max(initial=0.0)) for axis in (0, 1))
+        return float(np.hypot(down, across))
 
     def _ragged(self, paths: list[NDArray[np.float32]]) -> Tensor:
         """Paths of different lengths, each cut to the same spacing; equal lengths together."""

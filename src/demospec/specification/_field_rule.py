@@ -113,7 +113,7 @@ def _moments(found: ClearanceFit) -> tuple[dict[str, float], dict[str, float]]:
     weight = np.exp(found.particles.log_weight)
     clearance = np.asarray(found.particles.clearance, dtype=np.float64)
     mean, spread = {}, {}
-    overall = [v for v in found.rule.value.values()]
+    overall = list(found.rule.value.values())
     default = float(np.mean(overall)) if overall else 0.0
     for k, name in enumerate(found.symbols):
         column = clearance[:, k]
