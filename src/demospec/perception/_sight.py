@@ -67,6 +67,23 @@ def run_body(body: Body, planes: Float32Array) -> tuple[Float32Array, Float32Arr
     return answers.numpy(), features.numpy(), context.numpy()
 
 
+def _turned_answers(
+    body: Body, planes: Float32Array, turns: tuple[int, ...]
+) -> list[tuple[Float32Array, Float32Array, Float32Array]]:
+    """Answers, features and context of every turned picture, not turned back.
+
+    Turns of one shape (all, where the picture is square) go through the body together.
+    """
+    turned = [turned_array(planes, turn) for turn in turns]
+    out: dict[int, tuple[Float32Array, Float32Array, Float32Array]] = {}
+    for shape in {picture.shape for picture in turned}:
+        alike = [i for i, picture in enumerate(turned) if picture.shape == shape]
+        answers, features, context = run_body(body, np.stack([turned[i] for i in alike]))
+        for k, i in enumerate(alike):
+            out[i] = (answers[k], features[k], context[k])
+    return [out[i] for i in range(len(turns))]
+
+
 def look(
     pixels: Image,
     *,
@@ -90,15 +107,13 @@ def look(
     size = (pixels.shape[1], pixels.shape[0])
     grid = canonical_grid(size, scale)
     planes = to_grid(pixels, grid)
-    answers, features, context = run_body(body, planes[None])
-    total = answers[0].copy()
     others = [turn for turn in turns if turn != 0]
-    for turn in others:
-        more, _, _ = run_body(body, turned_array(planes, turn)[None])
-        total += turned_back(more[0], turn)
+    seen = _turned_answers(body, planes, (0, *others))
+    answers, features, context = seen[0]
+    total = answers.copy()
+    for turn, (more, _, _) in zip(others, seen[1:], strict=True):
+        total += turned_back(more, turn)
     total /= 1 + len(others)
     per_pixel = float(np.sqrt(size[0] / grid[0] * size[1] / grid[1]))
-    slots = find_slots(total, features[0], context[0], planes, size)
-    return Sight(
-        size, grid, total[0] * np.float32(per_pixel), total, features[0], context[0], slots
-    )
+    slots = find_slots(total, features, context, planes, size)
+    return Sight(size, grid, total[0] * np.float32(per_pixel), total, features, context, slots)
