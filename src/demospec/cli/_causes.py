@@ -36,7 +36,7 @@ def causes(
     picture: Annotated[
         Path | None, typer.Option("--picture", help="Draw effects and graph there (PNG).")
     ] = None,
-    placements: Annotated[int, typer.Option(min=1, help="Places tried per scene.")] = 4,
+    placements: Annotated[int, typer.Option(min=1, help="Places tried per scene.")] = 3,
     draws: Annotated[int, typer.Option(min=1, help="Paths (z_theta) judged per scene.")] = 100,
     minimum_effect: Annotated[
         float, typer.Option(min=0, max=1, help="Smallest change of p(valid) called causal.")
