@@ -164,13 +164,32 @@ def _verdict_summary(runs: list[dict[str, Any]]) -> dict[str, float]:
 
 
 def study(name: str, kind: str, repeats: int, *, unseen: bool, hide_lists: bool) -> None:
-    """Repeats, saved one by one: an interrupted study goes on where it stopped."""
-    runs = [] if name not in recorded() else list(recorded()[name]["runs"])
-    for k in range(len(runs), repeats):
-        runs.append(repeat(kind, FIRST_SEED + k, unseen=unseen, hide_lists=hide_lists))
+    """Repeats, saved one by one: an interrupted study goes on where it stopped.
+
+    Runs with another pretrained body or another number of placements are dropped.
+    """
+    body, placements = body_hash(), Settings().placements
+    runs = [r for r in recorded().get(name, {}).get("runs", [])
+            if r.get("body") == body and r.get("placements") == placements]  # fmt: skip
+    done = {r["seed"] for r in runs}
+    for seed in range(FIRST_SEED, FIRST_SEED + repeats):
+        if seed in done:
+            continue
+        run = repeat(kind, seed, unseen=unseen, hide_lists=hide_lists)
+        runs.append(run | {"body": body, "placements": placements})
         record(name, {"summary": summary(runs), "runs": runs})
         line = {k: v for k, v in summary(runs).items() if k != "wrong_cells"}
         print(json.dumps(line), flush=True)
+
+
+def body_hash() -> str:
+    """Which pretrained body the field model sees with."""
+    import hashlib
+
+    import demospec.perception
+
+    weights = Path(demospec.perception.__file__).parent / "weights" / "body.safetensors"
+    return hashlib.sha256(weights.read_bytes()).hexdigest()[:12]
 
 
 def coverage(scenes: int = 400, groups: int = 1000) -> None:
@@ -208,7 +227,15 @@ def coverage(scenes: int = 400, groups: int = 1000) -> None:
             if values.any()
         }  # fmt: skip
         print(method, out[f"n = 20, {method} bootstrap (not ours)"], flush=True)
-    record("coverage", {"scenes": scenes, "groups": groups, "share_covered": out})
+    record(
+        "coverage",
+        {
+            "scenes": scenes,
+            "groups": groups,
+            "placements": settings.placements,
+            "share_covered": out,
+        },
+    )
 
 
 def covered_by(values: np.ndarray, method: Any, groups: int, n: int = 20) -> float:
