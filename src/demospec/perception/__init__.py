@@ -13,6 +13,12 @@ from demospec.perception._things import KINDS
 
 if TYPE_CHECKING:
     from demospec.perception._body import Body, BodySize
+    from demospec.perception._detect import (
+        DetectedObject,
+        detect_in_scene,
+        detect_objects,
+        fit_symbol_head,
+    )
     from demospec.perception._looks import SymbolHead
     from demospec.perception._pictures import make_picture
     from demospec.perception._pretrain import PretrainSettings, pretrain
@@ -24,11 +30,15 @@ __all__ = [
     "SHIPPED",
     "Body",
     "BodySize",
+    "DetectedObject",
     "PretrainSettings",
     "Sight",
     "Slot",
     "SymbolHead",
     "canonical_grid",
+    "detect_in_scene",
+    "detect_objects",
+    "fit_symbol_head",
     "load_body",
     "look",
     "make_picture",
@@ -41,9 +51,13 @@ _HOME = {
     "SHIPPED": "_weights",
     "Body": "_body",
     "BodySize": "_body",
+    "DetectedObject": "_detect",
     "PretrainSettings": "_pretrain",
     "SymbolHead": "_looks",
     "canonical_grid": "_sight",
+    "detect_in_scene": "_detect",
+    "detect_objects": "_detect",
+    "fit_symbol_head": "_detect",
     "load_body": "_weights",
     "look": "_sight",
     "make_picture": "_pictures",
