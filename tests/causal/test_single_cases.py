@@ -14,6 +14,7 @@ from demospec.causal import (
     effect_map,
     find_causes,
     had_it_not_been_there,
+    rules_of_causes,
 )
 from demospec.demonstrations import fit_bezier
 from demospec.errors import CannotJudgeError, InputError
@@ -143,6 +144,30 @@ def test_agreement_counts_and_names_what_differs(truth, scenes) -> None:  # type
     assert "normal/plate: no demonstration informs the rule" in differ.open
     assert any("7.5 px" in d.why for d in differ.disagreements)
     assert differ.to_json()["score"] == differ.score
+
+
+def test_rules_keep_what_is_causal_undecided_or_untried(truth, scenes) -> None:  # type: ignore[no-untyped-def]
+    found = find_causes(truth, scenes, settings=Settings(placements=2, draws=40))
+    learned = RuleSet(
+        {
+            "careful": TypeRules(ClearanceRule({"plate": 3.0, "bowl": 3.0, "lamp": 2.0})),
+            "normal": TypeRules(
+                ClearanceRule({"glass": 3.0, "bowl": 2.0}, {"bowl": (1.0, 3.0)}), sentence="old"
+            ),
+            "stranger": TypeRules(ClearanceRule({"plate": 1.0})),
+        }
+    )
+    cut = rules_of_causes(learned, found)
+    assert cut.rules["careful"] == learned.rules["careful"]
+    assert cut.rules["stranger"] == learned.rules["stranger"]
+    normal = cut.rules["normal"]
+    assert normal.clearance is not None
+    assert normal.clearance.value == {"glass": 3.0}
+    assert normal.clearance.interval == {}
+    assert normal.sentence == "normal keeps 3 px from glasses."
+    assert "normal: no causal effect, left out: bowls" in cut.notes
+    assert any(n.startswith("careful: glasses are causal for the model, but") for n in cut.notes)
+    assert any(n.startswith("stranger: not asked about") for n in cut.notes)
 
 
 def test_single_cases_are_drawn(truth, tmp_path) -> None:  # type: ignore[no-untyped-def]

@@ -23,6 +23,7 @@ from demospec.cli import main
 from demospec.demonstrations import simulate_set, write_set
 from demospec.errors import InputError
 from demospec.report import save_causal_picture
+from demospec.rules import read_rules
 
 QUICK = Settings(placements=2, draws=40)
 
@@ -138,12 +139,12 @@ def test_command_prints_one_document(capsys, simulated_folder, tmp_path) -> None
     assert "wrote" in err
 
 
-def test_command_prints_the_table_for_people(capsys, simulated_folder) -> None:  # type: ignore[no-untyped-def]
-    truth = str(simulated_folder / "truth.json")
+def test_command_prints_the_table_for_people(capsys, simulated_folder, tmp_path) -> None:  # type: ignore[no-untyped-def]
+    truth, cut = str(simulated_folder / "truth.json"), tmp_path / "cut.json"
     status, out, err = run(
         capsys, "causes", truth, str(simulated_folder), "--placements", "2", "--draws", "40",
         "--interventions", "add,remove", "--split", "train", "--symbols", "glass,bowl",
-        "--rules", truth,
+        "--rules", truth, "--relevant-rules", str(cut),
     )  # fmt: skip
     assert status == 0
     assert "E[p(valid)] over 9 scenes" in out
@@ -152,6 +153,7 @@ def test_command_prints_the_table_for_people(capsys, simulated_folder) -> None: 
     assert "+ plate" not in out
     assert "model and rules agree on 100 % of 6 cells" in out
     assert "Traceback" not in err
+    assert read_rules(cut).rules["normal"].clearance.relevant == ("glass",)
 
 
 @pytest.mark.parametrize(
@@ -162,6 +164,7 @@ def test_command_prints_the_table_for_people(capsys, simulated_folder) -> None: 
         (["--interventions", "burn"], "found burn"),
         (["--catalogue", "attic"], "found attic"),
         (["--minimum-effect", "2"], "minimum"),
+        (["--relevant-rules", "cut.json"], "--rules"),
     ],
 )
 def test_command_refuses_in_one_line(capsys, simulated_folder, arguments, message) -> None:  # type: ignore[no-untyped-def]

@@ -6,6 +6,7 @@ tests with Holm's correction, a minimum effect, and words. No network classes in
 
 from demospec.causal._agreement import Agreement, Disagreement, agreement
 from demospec.causal._boundary import Boundary, BoundaryShift, boundary_shift
+from demospec.causal._causal_rules import rules_of_causes
 from demospec.causal._counterfactual import Counterfactual, Without, had_it_not_been_there
 from demospec.causal._document import findings_from_document
 from demospec.causal._effect_map import EffectMap, effect_map
@@ -55,6 +56,7 @@ __all__ = [
     "findings_from_document",
     "holm",
     "mean_interval",
+    "rules_of_causes",
     "run_trials",
     "sign_flip_p",
     "smallest_p",

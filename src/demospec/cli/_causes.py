@@ -18,6 +18,7 @@ from demospec.cli._common import (
     save_json,
     say,
 )
+from demospec.errors import InputError
 
 if TYPE_CHECKING:
     from demospec.causal import CausalFindings, SymbolEffect
@@ -67,6 +68,10 @@ def causes(
         str | None,
         typer.Option(help="Compare with these rules: a rule file, or the word learn."),
     ] = None,
+    relevant_rules: Annotated[
+        Path | None,
+        typer.Option(help="Write the rules of --rules cut to what is causal there (for `plan`)."),
+    ] = None,
     outcome: Annotated[
         Literal["probability", "verdict"],
         typer.Option(help="Effects on E[p(valid)], or on the share with p > 0.5."),
@@ -82,6 +87,9 @@ def causes(
     from demospec.causal import Settings, estimate, trials_of_set, write_trials
     from demospec.demonstrations import read_set
     from demospec.specification import load_model
+
+    if relevant_rules is not None and rules is None:
+        raise InputError("--rules beside it: a rule file, or learn", "none", field="--rules")
 
     settings = Settings(
         placements=placements,
@@ -110,11 +118,14 @@ def causes(
     findings = estimate(trials, settings)
     document = findings.to_json()
     if rules is not None:
-        from demospec.causal import agreement
-        from demospec.rules import learn_rules, read_rules
+        from demospec.causal import agreement, rules_of_causes
+        from demospec.rules import learn_rules, read_rules, rules_document
 
-        said = agreement(findings, learn_rules(data) if rules == "learn" else read_rules(rules))
-        document["agreement"] = said.to_json()
+        known = learn_rules(data) if rules == "learn" else read_rules(rules)
+        document["agreement"] = agreement(findings, known).to_json()
+        if relevant_rules is not None:
+            save_json(rules_document(rules_of_causes(known, findings)), relevant_rules)
+            say(f"wrote {relevant_rules}")
     save_json(document, out)
     if table is not None:
         write_trials(trials, table)
