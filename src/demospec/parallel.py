@@ -101,8 +101,9 @@ Runner = Callable[[Callable[[Any], Any], Sequence[Any]], Iterator[Any]]
 def _executor(workers: int, cluster: str | None) -> Iterator[Runner]:
     if cluster is not None:
         with _client(cluster) as client:
+            # Every task is told to the scheduler at once: an adaptive cluster grows by its queue.
             yield lambda function, tasks: _fan_out(
-                function, tasks, {"backend": "dask", "client": client, "n_jobs": -1}
+                function, tasks, {"backend": _cluster_backend(client), "n_jobs": -1}, "all"
             )
     elif workers == 1:
         yield lambda function, tasks: (function(task) for task in tasks)
@@ -114,7 +115,10 @@ def _executor(workers: int, cluster: str | None) -> Iterator[Runner]:
 
 
 def _fan_out(
-    function: Callable[[Any], Any], tasks: Sequence[Any], settings: dict[str, Any]
+    function: Callable[[Any], Any],
+    tasks: Sequence[Any],
+    settings: dict[str, Any],
+    ahead: str = "3*n_jobs",
 ) -> Iterator[Any]:
     """Ordered results; starts again behind the last one given out when processes die."""
     from joblib import Parallel, delayed, parallel_config
@@ -124,7 +128,7 @@ def _fan_out(
     first, deaths = 0, 0
     while first < len(tasks):
         with parallel_config(**settings):
-            parallel = Parallel(return_as="generator", batch_size=1, pre_dispatch="3*n_jobs")
+            parallel = Parallel(return_as="generator", batch_size=1, pre_dispatch=ahead)
             results = parallel(delayed(call)(task) for task in tasks[first:])
         try:
             for result in results:
@@ -159,6 +163,42 @@ class _Call:
         if elsewhere and "torch" in sys.modules:
             sys.modules["torch"].set_num_threads(1)
         return self.function(task)
+
+
+def _cluster_backend(client: Any) -> Any:
+    """joblib's Dask backend, which never computes in this process.
+
+    joblib computes by itself where a cluster has one core (or has lost all but one just now),
+    and never hears of a task that the scheduler gave up (its callback comes on success only).
+    """
+    from joblib._dask import DaskDistributedBackend
+
+    class GivenUp:
+        def __init__(self, error: BaseException) -> None:
+            self.error = error
+
+    class Cluster(DaskDistributedBackend):  # type: ignore[misc]
+        def effective_n_jobs(self, n_jobs: int = 1) -> int:
+            return max(2, int(super().effective_n_jobs(n_jobs)))
+
+        def submit(self, func: Any, callback: Any = None) -> Any:
+            def heard(future: Any) -> None:
+                if future.exception() is not None:
+                    callback(GivenUp(future.exception()))
+
+            future = super().submit(func, callback)
+            future.add_done_callback(heard)
+            return future
+
+        def retrieve_result_callback(self, out: Any) -> Any:
+            if isinstance(out, GivenUp):
+                raise out.error
+            return super().retrieve_result_callback(out)
+
+        def __reduce__(self) -> tuple[Any, ...]:
+            return DaskDistributedBackend, ()
+
+    return Cluster(client=client)
 
 
 @contextlib.contextmanager
