@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from demospec.report._effect_picture import (
         draw_boundary_shift,
         draw_counterfactual,
+        draw_counterfactual_strip,
         draw_effect_map,
         save_figure,
     )
@@ -34,6 +35,7 @@ __all__ = [
     "draw_causal_picture",
     "draw_envelopes",
     "draw_counterfactual",
+    "draw_counterfactual_strip",
     "draw_effect_map",
     "draw_plan",
     "draw_transition",
@@ -58,6 +60,12 @@ def __getattr__(name: str) -> Any:
         return importlib.import_module("demospec.report._transition_picture").draw_transition
     if name in ("draw_causal_picture", "save_causal_picture"):
         return getattr(importlib.import_module("demospec.report._causal_picture"), name)
-    if name in ("draw_boundary_shift", "draw_counterfactual", "draw_effect_map", "save_figure"):
+    if name in (
+        "draw_boundary_shift",
+        "draw_counterfactual",
+        "draw_counterfactual_strip",
+        "draw_effect_map",
+        "save_figure",
+    ):
         return getattr(importlib.import_module("demospec.report._effect_picture"), name)
     raise AttributeError(f"module 'demospec.report' has no attribute {name!r}")

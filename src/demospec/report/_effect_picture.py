@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,7 +21,7 @@ _BEFORE, _AFTER, _CAUSE, _PATH = "#0072B2", "#D55E00", "#D55E00", "#0072B2"
 
 def draw_effect_map(found: EffectMap, scene: Scene) -> Any:
     """A matplotlib figure: the scene, and over it the effect of adding the symbol there."""
-    figure, axes = _figure(scene)
+    figure, axes = _figure(scene, grey=True)  # brown effects on a brown table would be lost
     step = (found.x[1] - found.x[0], found.y[1] - found.y[0]) if len(found.x) > 1 else (1.0, 1.0)
     extent = (found.x[0] - step[0] / 2, found.x[-1] + step[0] / 2,
               found.y[-1] + step[1] / 2, found.y[0] - step[1] / 2)  # fmt: skip
@@ -85,32 +86,75 @@ def draw_counterfactual(found: Counterfactual, scene: Scene, path: ArrayLike) ->
     return figure
 
 
+def draw_counterfactual_strip(
+    scenes: Sequence[Scene],
+    p_valid: Sequence[float],
+    path: ArrayLike,
+    titles: Sequence[str],
+) -> Any:
+    """A matplotlib figure: one path in the scene as it is and as it would have been.
+
+    Args:
+        scenes: As it is first, then changed; side by side.
+        p_valid: Of the path in each.
+        titles: What was changed, for people.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(2.7 * len(scenes), 3.1), dpi=110, layout="constrained")
+    FigureCanvasAgg(figure)
+    panels = figure.subplots(1, len(scenes), squeeze=False, sharey=True)[0]
+    for axes, scene, p, title in zip(panels, scenes, p_valid, titles, strict=True):
+        _table(axes, scene)
+        line = np.asarray(path)[:, :2].T
+        accepted = p > 0.5
+        axes.plot(*line, color="white", lw=4)
+        axes.plot(*line, color=_BEFORE if accepted else _AFTER, lw=2.2,
+                  ls="-" if accepted else "--")  # fmt: skip
+        word = "accepted" if accepted else "rejected"
+        axes.set_title(f"{title}\n{word}, p(valid) = {p:.2f}", fontsize=9)
+        axes.set_xlabel("x, px", fontsize=8)
+        axes.tick_params(labelsize=7)
+        _ends(axes, scene)
+    panels[0].set_ylabel("y, px", fontsize=8)
+    return figure
+
+
 def save_figure(figure: Any, path: str | os.PathLike[str]) -> None:
     """Writes any of these figures as PNG."""
     with writing_file(path) as temporary:
         figure.savefig(temporary, format="png")
 
 
-def _figure(scene: Scene) -> tuple[Any, Any]:
+def _figure(scene: Scene, *, grey: bool = False) -> tuple[Any, Any]:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(5.4, 4.8), dpi=120, layout="constrained")
     FigureCanvasAgg(figure)
     axes = figure.add_subplot()
+    _table(axes, scene, grey=grey)
+    axes.set_xlabel("x, px")
+    axes.set_ylabel("y, px")
+    return figure, axes
+
+
+def _table(axes: Any, scene: Scene, *, grey: bool = False) -> None:
+    """The scene's picture, or boxes where it has none."""
     axes.set_aspect("equal")
     size = scene.size_px
     if size is not None:
-        axes.imshow(scene.pixels(), extent=(0, size[0], size[1], 0))
+        pixels = scene.pixels()
+        if grey:
+            pixels = np.repeat(pixels.mean(axis=2, keepdims=True), 3, axis=2).astype(np.uint8)
+        axes.imshow(pixels, extent=(0, size[0], size[1], 0))
     else:
         axes.set_facecolor("0.95")
         axes.invert_yaxis()
         for item in scene.objects or ():
             x0, y0, x1, y1 = item.outline.bounds
             axes.fill([x0, x1, x1, x0], [y0, y0, y1, y1], color="0.75")
-    axes.set_xlabel("x, px")
-    axes.set_ylabel("y, px")
-    return figure, axes
 
 
 def _ends(axes: Any, scene: Scene) -> None:
