@@ -28,8 +28,8 @@ STRETCH_PX = 2.0
 """s₀: a path that stays this long (map pixels) at its lowest place has just that logit."""
 
 _POINT = 0.05  # share of s₀ that a path without length has
-_SPACING = 1.0  # map pixels between places that are read
-_NEGLIGIBLE = 10.0  # places this many T above the lowest count e⁻¹⁰ times as much
+_SPACING = 2.5  # map pixels: longer segments are cut
+_BLOCK = 65_536  # places read at a time
 
 
 @dataclass(frozen=True)
@@ -46,106 +46,116 @@ class LogitMap:
 
     def logits(self, paths: Paths) -> FloatArray:
         """(n,) logits of stacked paths (n, m, 2) or of n arrays (m_i, 2); set units."""
-        import torch
-
-        with torch.no_grad():
-            if isinstance(paths, np.ndarray) and paths.ndim == 3:
-                out = self._stacked(torch.from_numpy(_checked(paths)), self._tensor())
-            else:
-                if len(paths) == 0:
-                    return np.zeros(0)
-                out = self._ragged([_checked(np.asarray(p)) for p in paths])
-            return np.asarray(out.numpy(), dtype=np.float64)
+        if len(paths) == 0:
+            return np.zeros(0)
+        if isinstance(paths, np.ndarray) and paths.ndim == 3:
+            return self._in_blocks(_checked(paths))[0]
+        return self._ragged([_checked(np.asarray(p)) for p in paths])
 
     def logits_and_gradients(self, paths: FloatArray) -> tuple[FloatArray, FloatArray]:
         """(n, m, 2) → logits (n,) and ∂logit/∂paths (n, m, 2), per set unit."""
-        import torch
-
-        p = torch.from_numpy(_checked(np.asarray(paths))).requires_grad_(True)
+        p = _checked(np.asarray(paths))
         if p.ndim != 3:
             raise InputError("stacked paths (n, m, 2)", str(tuple(p.shape)), field="paths")
-        if p.numel() == 0:
+        if p.size == 0:
             return np.zeros(len(p)), np.zeros(p.shape)
-        out = self._stacked(p, self._tensor())
-        (slope,) = torch.autograd.grad(out.sum(), p)
-        gradient = np.asarray(slope.numpy(), dtype=np.float64)
-        return np.asarray(out.detach().numpy(), dtype=np.float64), gradient
+        return self._in_blocks(p, slopes=True)
 
+    @cached_property
     def _tensor(self) -> Tensor:
         import torch
 
-        return torch.from_numpy(self.values)[None, None]
+        return torch.from_numpy(np.ascontiguousarray(self.values))[None, None]
 
-    @property
-    def _pixel(self) -> tuple[float, float]:
-        height, width = self.values.shape
-        return self.size[0] / width, self.size[1] / height
+    def _in_blocks(
+        self, paths: NDArray[Any], *, slopes: bool = False
+    ) -> tuple[FloatArray, FloatArray]:
+        """Logits, and gradients if asked, of (n, m, 2), n, m ≥ 1.
 
-    def _stacked(self, p: Tensor, values: Tensor) -> Tensor:
-        """(n, m, 2) → (n,). Reads every corner, then cuts only the segments that can matter."""
+        Blocks of paths stay in the processor's cache; in each, paths whose segments must be cut
+        into equally many pieces go together.
+        """
         import torch
 
-        count, corners = p.shape[:2]
-        if count == 0:
-            return p.new_zeros(0)
-        coarse = self._read(p.flatten(0, 1), values).view(count, corners)
-        lowest = coarse.detach().amin(dim=1)
-        if corners == 1:
-            return coarse[:, 0] - TEMPERATURE * float(np.log(_POINT))
-        width, height = self._pixel
-        dx = (p[:, 1:, 0] - p[:, :-1, 0]) * (1.0 / width)
-        dy = (p[:, 1:, 1] - p[:, :-1, 1]) * (1.0 / height)
-        # A segment without length has no slope; the tiny term keeps its gradient finite.
-        length = torch.sqrt(dx * dx + dy * dy + 1e-12)
-        known = coarse.detach()
-        bound = torch.minimum(known[:, 1:], known[:, :-1]) - self._steepest * 0.5 * length.detach()
-        row, segment = (bound < (lowest + _NEGLIGIBLE * TEMPERATURE)[:, None]).nonzero().unbind(1)
-        long = length[row, segment]
-        pieces = min(512, max(1, int(np.ceil(float(long.detach().max()) / _SPACING))))
-        t = ((torch.arange(pieces, dtype=p.dtype) + 0.5) / pieces)[None, :, None]
-        first, last = p[row, segment], p[row, segment + 1]
-        between = first[:, None] * (1 - t) + last[:, None] * t
-        level = self._read(between.flatten(0, 1), values).view(len(row), pieces)
-        # The lowest place may lie between corners.
-        least = lowest.scatter_reduce(0, row, level.detach().amin(dim=1), "amin")
-        share = torch.exp((least[row, None] - level) * (1.0 / TEMPERATURE)).mean(dim=1)
-        total = _POINT * torch.exp((least - coarse.amin(dim=1)) * (1.0 / TEMPERATURE))
-        total = total.index_add(0, row, share * long * (1.0 / STRETCH_PX))
-        return least - TEMPERATURE * torch.log(total)
+        count, corners = paths.shape[:2]
+        rows = max(1, _BLOCK // corners)
+        out = np.empty(count)
+        gradient = np.empty((count, corners, 2) if slopes else (0, 0, 2))
+        frame = np.array(self.size)[:, None, None] / 2.0
+        for low in range(0, count, rows):
+            part = paths[low : low + rows]
+            # grid_sample's own frame: −1 and 1 are the outer edges of the picture. x and y apart.
+            plane = np.empty((2, len(part), corners), np.float32)
+            for axis in (0, 1):
+                np.multiply(part[..., axis], 1.0 / frame[axis, 0, 0], out=plane[axis])
+            plane -= np.float32(1.0)
+            lengths = self._lengths(torch.from_numpy(plane))
+            pieces = _pieces(lengths)
+            for number in np.unique(pieces):
+                chosen = np.flatnonzero(pieces == number)
+                every = len(chosen) == len(part)
+                p = torch.from_numpy(plane if every else plane[:, chosen])
+                p.requires_grad_(slopes)
+                with torch.set_grad_enabled(slopes):
+                    known = None if slopes else lengths if every else lengths[chosen]
+                    level = self._stacked(p, int(number), known)
+                out[low + chosen] = level.detach().numpy()
+                if slopes:
+                    (slope,) = torch.autograd.grad(level.sum(), p)
+                    gradient[low + chosen] = (slope.numpy() / frame).transpose(1, 2, 0)
+        if not np.isfinite(out).all():
+            raise InputError("finite numbers", "NaN or infinity", field="paths")
+        return out, gradient
 
-    def _read(self, points: Tensor, values: Tensor) -> Tensor:
-        """(k, 2) set units → (k,)."""
+    def _lengths(self, p: Tensor) -> Tensor:
+        """(2, n, m) → (n, m − 1) map pixels."""
+        height, width = self.values.shape
+        dx = (p[0, :, 1:] - p[0, :, :-1]) * (width / 2.0)
+        dy = (p[1, :, 1:] - p[1, :, :-1]) * (height / 2.0)
+        # A segment without length has no slope; the tiny term keeps its gradient finite.
+        return (dx.square() + dy.square() + 1e-12).sqrt()
+
+    def _stacked(self, p: Tensor, pieces: int, lengths: Tensor | None) -> Tensor:
+        """(2, n, m) → (n,), every segment cut into `pieces`; `lengths` of the whole segments."""
+        import torch
+
+        if p.shape[2] == 1:
+            return self._read(p)[:, 0] - TEMPERATURE * float(np.log(_POINT))
+        if pieces > 1:
+            t = (torch.arange(pieces, dtype=p.dtype) / pieces)[None, None, None]
+            cut = p[:, :, :-1, None] * (1 - t) + p[:, :, 1:, None] * t
+            p = torch.cat([cut.flatten(2, 3), p[:, :, -1:]], dim=2)
+            lengths = None
+        if lengths is None:
+            lengths = self._lengths(p)
+        level = self._read(p)
+        lowest = level.detach().amin(dim=1, keepdim=True)
+        share = torch.exp((lowest - level) * (1.0 / TEMPERATURE))
+        # Trapezium rule: half of each segment's length belongs to either end.
+        mass = (share[:, 1:] + share[:, :-1]) * lengths
+        total = _POINT + mass.sum(dim=1) * (0.5 / STRETCH_PX)
+        return lowest[:, 0] - TEMPERATURE * torch.log(total)
+
+    def _read(self, p: Tensor) -> Tensor:
+        """(2, n, m) → (n, m), bilinear."""
         from torch.nn import functional
 
-        # grid_sample's own frame: −1 and 1 are the outer edges of the picture.
-        place = points * points.new_tensor([2.0 / self.size[0], 2.0 / self.size[1]]) - 1.0
         read = functional.grid_sample(
-            values, place[None, None], mode="bilinear", padding_mode="border", align_corners=False
-        )
-        return read[0, 0, 0]
+            self._tensor, p.permute(1, 2, 0)[None], mode="bilinear", padding_mode="border",
+            align_corners=False,
+        )  # fmt: skip
+        return read[0, 0]
 
-    @cached_property
-    def _steepest(self) -> float:
-        """Largest slope of the map, logits a map pixel."""
-        v = self.values
-        down, across = (float(np.abs(np.diff(v, axis=axis)).max(initial=0.0)) for axis in (0, 1))
-        return float(np.hypot(down, across))
-
-    def _ragged(self, paths: list[NDArray[np.float32]]) -> Tensor:
-        """Paths of different lengths, each cut to the same spacing; equal lengths together."""
-        import torch
-
-        values = self._tensor()
+    def _ragged(self, paths: list[NDArray[Any]]) -> FloatArray:
+        """Paths of different lengths; equal lengths together."""
         counts = np.array([len(p) for p in paths])
-        out = torch.empty(len(paths))
+        out = np.empty(len(paths))
         if len(set(counts.tolist())) <= 3:
             for count in set(counts.tolist()):
                 rows = np.flatnonzero(counts == count)
-                stacked = np.stack([paths[i] for i in rows])
-                out[torch.from_numpy(rows)] = self._stacked(torch.from_numpy(stacked), values)
+                out[rows] = self._in_blocks(np.stack([paths[i] for i in rows]))[0]
             return out
-        # A path may be lengthened by repeating its last point: it adds no arc length, and the
-        # share of a point is spread over the repeats.
+        # A path may be lengthened by repeating its last point: it adds no arc length.
         order = np.argsort(counts)
         for low in range(0, len(order), 64):
             rows = order[low : low + 64]
@@ -154,14 +164,20 @@ class LogitMap:
                 [np.concatenate([paths[i], np.repeat(paths[i][-1:], longest - counts[i], 0)])
                  for i in rows]
             )  # fmt: skip
-            out[torch.from_numpy(rows)] = self._stacked(torch.from_numpy(stacked), values)
+            out[rows] = self._in_blocks(stacked)[0]
         return out
 
 
-def _checked(paths: NDArray[Any]) -> NDArray[np.float32]:
-    array = np.ascontiguousarray(paths[..., :2], dtype=np.float32)
+def _pieces(lengths: Tensor) -> NDArray[np.int64]:
+    """(n, m − 1) → (n,) into how many a path's segments are cut, by its longest."""
+    if lengths.shape[1] == 0:
+        return np.ones(len(lengths), np.int64)
+    needed = np.ceil(np.nan_to_num(lengths.amax(dim=1).numpy()) / _SPACING)
+    return np.asarray(np.clip(needed, 1, 512), np.int64)
+
+
+def _checked(paths: NDArray[Any]) -> NDArray[Any]:
+    array = paths[..., :2]
     if array.ndim < 2 or array.shape[-1] != 2 or (array.size and array.shape[-2] < 1):
         raise InputError("paths of [x, y] points", f"shape {paths.shape}", field="paths")
-    if not np.isfinite(array).all():
-        raise InputError("finite numbers", "NaN or infinity", field="paths")
     return array

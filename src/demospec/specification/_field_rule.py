@@ -13,6 +13,7 @@ from demospec.frames import FloatArray
 from demospec.rules import ClearanceFit, fit_clearance
 
 _SURE = 0.995
+_CLEARLY = 3.0
 
 
 @dataclass(frozen=True)
@@ -44,6 +45,10 @@ class FieldRule:
             unit: A hundredth of the table, set units.
         """
         found = fit_clearance(nearest, valid, symbols, unit=unit)
+        if not _explains(found, nearest, valid):
+            # Labels that no choice of classes explains better than chance: nothing is known.
+            nothing = dict.fromkeys(symbols, 0.0)
+            return cls(nothing, nothing, nothing, (), tuple(symbols))
         mean, spread = _moments(found)
         silent = np.array([bool(np.isinf(nearest[:, k]).all()) for k in range(len(symbols))])
         uninformed = set(found.rule.uninformed) | {
@@ -106,6 +111,25 @@ class FieldRule:
         if set(parts[0]) != set(parts[1]) or set(parts[0]) != set(parts[2]):
             raise InputError("the same classes in each part", sorted(parts[0]), field=field)
         return cls(parts[0], parts[1], parts[2], names[0], names[1])
+
+
+def _explains(found: ClearanceFit, nearest: FloatArray, valid: FloatArray) -> bool:
+    """Whether the rule agrees with its own labels by more than chance.
+
+    Balanced accuracy beyond ½ by `_CLEARLY` standard errors of a coin: the fit chose among all
+    subsets and clearances, so two would be little. Labels of one class need no explanation.
+    """
+    ok = np.asarray(valid, dtype=bool)
+    if ok.all() or not ok.any() or not found.rule.value:
+        return True
+    kept = np.ones(len(ok), dtype=bool)
+    for k, name in enumerate(found.symbols):
+        if name in found.rule.value:
+            kept &= nearest[:, k] >= found.rule.value[name]
+    agrees = 0.5 * (kept[ok].mean() + (~kept[~ok]).mean())
+    error = 0.25 * np.sqrt(1.0 / ok.sum() + 1.0 / (~ok).sum())
+    # With very few labels even full agreement is no proof, and all that there is.
+    return bool(agrees - 0.5 > min(_CLEARLY * error, 0.35))
 
 
 def _moments(found: ClearanceFit) -> tuple[dict[str, float], dict[str, float]]:

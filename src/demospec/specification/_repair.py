@@ -172,13 +172,21 @@ class _Search:
     def ascend(self) -> None:
         """The paper's: one particle climbs the logit until it reaches the goal."""
         z = self.z0[:, None]
-        for step in range(self.settings.steps):
-            logits, slope = self._look(z)
-            open_ = logits < self.goal[:, None]
-            if not open_.any():
+        moving = np.arange(len(z))
+        logits = np.zeros((len(z), 1))
+        for step in range(self.settings.steps + 1):
+            # Who has arrived stays there and need not be judged again.
+            found, slope = self.plane.rows(moving).logits_and_gradients(z[moving, 0], self.type)
+            logits = logits.copy()
+            logits[moving, 0] = found
+            self.history.append(z)
+            self.values.append(logits)
+            climbs = found < self.goal[moving]
+            moving, slope = moving[climbs], slope[climbs]
+            if len(moving) == 0 or step == self.settings.steps:
                 return
-            z = z + np.where(open_[..., None, None], self._length(step) * _unit(slope), 0.0)
-        self._look(z)
+            z = z.copy()
+            z[moving] += self._length(step) * _unit(slope[:, None])
 
     def approach(self, low: FloatArray, high: FloatArray) -> None:
         """Every particle first climbs to where the logit holds, then closes in on z_θ.
