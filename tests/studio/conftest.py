@@ -53,7 +53,7 @@ def start_studio(*arguments: str) -> tuple[subprocess.Popen[bytes], str]:
     address = f"http://127.0.0.1:{port}"
     for _ in range(300):
         try:
-            with urllib.request.urlopen(address, timeout=1):
+            with urllib.request.urlopen(address + "/studio-static/studio.css", timeout=1):
                 return process, address
         except (urllib.error.URLError, OSError):
             if process.poll() is not None:

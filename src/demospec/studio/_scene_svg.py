@@ -38,7 +38,7 @@ def scene_svg(scene: Scene, demonstrations: Iterable[Demonstration] = ()) -> str
     line = max(width, height) / 200
     parts = [
         f'<svg class="scene" viewBox="{x:g} {y:g} {width:g} {height:g}" role="img" '
-        f'aria-label="Scene {escape(scene.scene_id)}" style="--line:{line:g}px" '
+        f'aria-label="Scene {escape(scene.scene_id)}" style="--line-px:{line:g}px" '
         'xmlns="http://www.w3.org/2000/svg">'
     ]
     if scene.picture is not None:

@@ -1,32 +1,57 @@
-"""Starts the studio on this machine only."""
+"""Starts the studio: one workbench, its pages, on this machine only unless told otherwise."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from demospec.demonstrations import read_set
-from demospec.errors import MissingExtraError
+from demospec.errors import InputError, MissingExtraError
+from demospec.studio._workbench import Workbench
+
+LOOPBACK = ("127.0.0.1", "localhost", "::1")
 
 
 def serve(
-    set_folder: Path, *, host: str = "127.0.0.1", port: int = 8080, open_browser: bool = True
+    set_folder: Path | None = None,
+    model: Path | None = None,
+    run: Path | None = None,
+    *,
+    host: str = "127.0.0.1",
+    port: int = 8080,
+    token: str | None = None,
+    out: Path | None = None,
+    scenes_only: bool = False,
+    show: bool = True,
 ) -> None:
     """Serves the studio until interrupted.
 
+    Args:
+        set_folder, model, run, out, scenes_only: See `Workbench`.
+        host: Address to listen at. Any other than this machine's own needs a token.
+        token: A secret that every request must bring, as ``?token=``, cookie or header.
+        show: Open the page in a browser.
+
     Raises:
-        InputError: The set cannot be read.
+        InputError: The set cannot be read; a foreign host without a token.
         MissingExtraError: nicegui is absent.
     """
-    data = read_set(set_folder)
+    if host not in LOOPBACK and not token:
+        raise InputError("a token (--token) where others can reach the studio", "none", field=host)
     # Fonts, scripts and styles come from the installed package; nothing is fetched elsewhere.
     try:
-        from nicegui import ui
+        from nicegui import app, ui
     except ImportError as error:
         raise MissingExtraError("nicegui", "studio", "the studio") from error
-    from demospec.studio._page import build_page
+    from fastapi.responses import RedirectResponse
 
-    build_page(data)
+    from demospec.studio import _api, _explore, _results, _teach
+    from demospec.studio._frame import ADDRESS, STATIC
+
+    workbench = Workbench(set_folder, model, run, out=out, scenes_only=scenes_only)
+    app.add_static_files(ADDRESS, STATIC)
+    app.get("/", include_in_schema=False)(lambda: RedirectResponse("/teach"))
+    for page in (_teach, _explore, _results, _api):
+        page.register(workbench)
     ui.run(
-        host=host, port=port, title="demospec studio", reload=False, show=open_browser,
+        host=host, port=port, title="demospec studio", reload=False, show=show,
         show_welcome_message=False,
     )  # fmt: skip

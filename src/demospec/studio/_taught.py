@@ -1,0 +1,158 @@
+"""What a journal's events make of the demonstrations that were there before."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from demospec.demonstrations import Demonstration, checked_points
+from demospec.scene import Disc, Picture, Polygon, Scene, SceneObject
+from demospec.studio._journal import Event, effective
+
+
+@dataclass(frozen=True)
+class Taught:
+    """Scenes and demonstrations as they stand.
+
+    Args:
+        scenes: The set's, then those that were added.
+        demonstrations: The set's, then those drawn; in the order in which they came.
+    """
+
+    scenes: Mapping[str, Scene]
+    demonstrations: Mapping[str, Demonstration]
+
+    def in_scene(self, scene_id: str) -> list[Demonstration]:
+        """Those of one scene."""
+        return [d for d in self.demonstrations.values() if d.scene_id == scene_id]
+
+
+def taught(
+    scenes: Iterable[Scene],
+    before: Iterable[Demonstration],
+    events: Sequence[Event],
+    parsed: dict[int, Scene | Demonstration] | None = None,
+) -> Taught:
+    """Applies the events that stand.
+
+    An event about a demonstration that is gone (another tab took it back) does nothing.
+
+    Args:
+        parsed: What events were decoded to before, by number; new ones are added.
+    """
+    cache = {} if parsed is None else parsed
+    all_scenes = {s.scene_id: s for s in scenes}
+    demos = {d.demo_id: d for d in before}
+    for event in effective(events):
+        body = event.body
+        if event.kind == "scene":
+            if event.seq not in cache:
+                cache[event.seq] = scene_of(body, event.blob)
+            scene = cache[event.seq]
+            assert isinstance(scene, Scene)
+            all_scenes[scene.scene_id] = scene
+        elif event.kind == "add":
+            if event.seq not in cache:
+                cache[event.seq] = demonstration_of(body)
+            demo = cache[event.seq]
+            assert isinstance(demo, Demonstration)
+            if demo.scene_id in all_scenes:
+                demos[demo.demo_id] = demo
+        elif body["demo_id"] not in demos:
+            continue
+        elif event.kind == "delete":
+            del demos[body["demo_id"]]
+        elif event.kind == "label":
+            demos[body["demo_id"]] = replace(demos[body["demo_id"]], valid=body["valid"])
+        elif event.kind == "edit":
+            demos[body["demo_id"]] = replace(demos[body["demo_id"]], **body["changes"])
+    return Taught(all_scenes, demos)
+
+
+def demonstration_of(body: Mapping[str, Any]) -> Demonstration:
+    """A demonstration from an event or a request; see `demonstration_body`."""
+    t = body.get("t")
+    return Demonstration(
+        demo_id=body["demo_id"],
+        scene_id=body["scene_id"],
+        points=checked_points(body["points"]),
+        type=body.get("type"),
+        demonstrator=body.get("demonstrator"),
+        valid=body.get("valid"),
+        t=None if t is None else np.asarray(t, dtype=np.float64),
+    )
+
+
+def demonstration_body(demo: Demonstration) -> dict[str, Any]:
+    """The JSON object of one demonstration."""
+    return {
+        "demo_id": demo.demo_id,
+        "scene_id": demo.scene_id,
+        "type": demo.type,
+        "demonstrator": demo.demonstrator,
+        "valid": demo.valid,
+        "points": demo.points.tolist(),
+        "t": None if demo.t is None else demo.t.tolist(),
+    }
+
+
+def scene_of(body: Mapping[str, Any], blob: bytes | None) -> Scene:
+    """A scene from an event: the picture travels beside it, as PNG."""
+    picture = None
+    if blob is not None:
+        import PIL.Image
+
+        with PIL.Image.open(io.BytesIO(blob), formats=("PNG",)) as image:
+            picture = Picture(array=np.asarray(image.convert("RGB")))
+    objects = body.get("objects")
+    return Scene(
+        scene_id=body["scene_id"],
+        start=tuple(body["start"]),
+        goal=tuple(body["goal"]),
+        objects=None if objects is None else tuple(_object(o) for o in objects),
+        picture=picture,
+        split=body.get("split", "train"),
+    )
+
+
+def scene_body(scene: Scene) -> dict[str, Any]:
+    """The JSON object of one scene, without its picture."""
+    objects = None if scene.objects is None else [o.to_json() for o in scene.objects]
+    return {
+        "scene_id": scene.scene_id,
+        "start": list(scene.start),
+        "goal": list(scene.goal),
+        "split": scene.split,
+        "size_px": None if scene.size_px is None else list(scene.size_px),
+        "objects": objects,
+    }
+
+
+def _object(item: Mapping[str, Any]) -> SceneObject:
+    center = (float(item["center"][0]), float(item["center"][1]))
+    box = item.get("bbox")
+    shape: Polygon | Disc | None = None
+    if item.get("polygon"):
+        shape = Polygon(np.asarray(item["polygon"], dtype=np.float64))
+    elif item.get("radius") is not None:
+        shape = Disc(center, float(item["radius"]))
+    elif box is not None:
+        from demospec.scene import rectangle
+
+        shape = rectangle(*box)
+    return SceneObject(item["id"], item["symbol"], center, box and tuple(box), shape)
+
+
+def png_of(scene: Scene) -> bytes | None:
+    """The picture as PNG, or None without one."""
+    if scene.picture is None:
+        return None
+    import PIL.Image
+
+    buffer = io.BytesIO()
+    PIL.Image.fromarray(np.asarray(scene.pixels())).save(buffer, format="PNG")
+    return buffer.getvalue()
