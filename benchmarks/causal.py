@@ -292,6 +292,31 @@ def show() -> None:
         print(f"{name}  ({part['command']})")
         for key, value in part.get("summary", part.get("share_covered", {})).items():
             print(f"    {key}: {value}")
+        for run in part.get("runs", [])[:4] if name == "paper" else []:
+            print(
+                f"  seed {run['seed']}, {run['split']} scenes: as is, + utensil, plate, bowl, glass"
+            )
+            show_table(run)
+
+
+PAPERS_TABLE = {
+    "careful": (0.43, 0.27, 0.28, 0.31, 0.30),
+    "normal": (0.62, 0.62, 0.63, 0.62, 0.48),
+    "aggressive": (1.00, 1.00, 1.00, 1.00, 1.00),
+}
+"""E[p(v)] as is, then with a utensil, plate, bowl, glass added: Angelov et al. 2020."""
+
+
+def show_table(run: dict[str, Any]) -> None:
+    """One run as the paper prints it (* = causal), beside the truth and the paper."""
+    for type_, (base, true_base) in run["base"].items():
+        cells = [c for c in run["cells"] if c["type"] == type_]
+        ours = [base, *(base + c["effect"] for c in cells)]
+        true = [true_base, *(true_base + c["true_effect"] for c in cells)]
+        marks = ["", *("*" if c["causal"] else "" for c in cells)]
+        shown = " ".join(f"{v:.2f}{m:1}" for v, m in zip(ours, marks, strict=True))
+        print(f"    {type_:10} {shown} | truth {' '.join(f'{v:.2f}' for v in true)} | "
+              f"paper {' '.join(f'{v:.2f}' for v in PAPERS_TABLE[type_])}")  # fmt: skip
 
 
 def main() -> None:

@@ -176,6 +176,7 @@ def test_single_cases_are_drawn(truth, tmp_path) -> None:  # type: ignore[no-unt
     from demospec.report import (
         draw_boundary_shift,
         draw_counterfactual,
+        draw_counterfactual_strip,
         draw_effect_map,
         save_figure,
     )
@@ -191,6 +192,9 @@ def test_single_cases_are_drawn(truth, tmp_path) -> None:  # type: ignore[no-unt
             boundary_shift(truth.see(bare), truth.see(scene), "careful", grid=11), scene
         ),
         "case": draw_counterfactual(case, scene, STRAIGHT),
+        "strip": draw_counterfactual_strip(
+            [scene, bare], [0.0, 1.0], STRAIGHT, ["as it is", "without cup"]
+        ),
     }
     for name, figure in figures.items():
         save_figure(figure, tmp_path / f"{name}.png")
@@ -198,3 +202,8 @@ def test_single_cases_are_drawn(truth, tmp_path) -> None:  # type: ignore[no-unt
             assert len(set(np.asarray(picture.convert("L")).ravel().tolist())) > 20
     text = " ".join(t.get_text() for t in figures["case"].axes[0].texts)
     assert "without cup: p = 1.00" in text
+    titles = [axes.get_title() for axes in figures["strip"].axes]
+    assert titles == [
+        "as it is\nrejected, p(valid) = 0.00",
+        "without cup\naccepted, p(valid) = 1.00",
+    ]
