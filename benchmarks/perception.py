@@ -27,8 +27,15 @@ for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 import numpy as np  # noqa: E402
 
 from demospec.demonstrations import simulate_set  # noqa: E402
-from demospec.perception import SHIPPED, Sight, detect_objects, load_body, look  # noqa: E402
-from demospec.perception import fit_symbol_head, recipe_of  # noqa: E402
+from demospec.perception import (  # noqa: E402  # noqa: E402
+    SHIPPED,
+    Sight,
+    detect_objects,
+    fit_symbol_head,
+    load_body,
+    look,
+    recipe_of,
+)
 from demospec.scene import Scene, SceneObject  # noqa: E402
 
 NEAR_PX = 12.0

@@ -1,10 +1,163 @@
-"""`demospec detect`."""
+"""`demospec detect`: the objects in pictures."""
 
 from __future__ import annotations
 
-from demospec.errors import DemospecError
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from demospec.cli._common import Force, Json, Out, print_json, print_table, save_json, say
+
+if TYPE_CHECKING:
+    from demospec.perception import Body, SymbolHead
+    from demospec.scene import SceneObject
 
 
-def detect() -> None:
-    """Not yet."""
-    raise DemospecError("detect: not yet")
+def detect(
+    source: Annotated[
+        Path, typer.Argument(metavar="IMAGE|SET", help="A picture, or a demonstration set.")
+    ],
+    named: Annotated[
+        Path | None,
+        typer.Option("--set", metavar="SET", help="Learn the symbols from this set's lists."),
+    ] = None,
+    out: Out = None,
+    overlay: Annotated[
+        Path | None, typer.Option("--overlay", help="Draw what was seen there (PNG).")
+    ] = None,
+    scene_id: Annotated[
+        str | None, typer.Option("--scene", help="The scene of a set to draw (default: first).")
+    ] = None,
+    least: Annotated[
+        float, typer.Option("--least", min=0, max=1, help="Least confidence that it is there.")
+    ] = 0.5,
+    body: Annotated[
+        Path | None, typer.Option("--body", help="Weights of `demospec pretrain`.")
+    ] = None,
+    force: Force = False,
+    json: Json = False,
+) -> None:
+    """See the objects in a picture, or in every picture of a set.
+
+    A picture gives JSON {"objects": [...]} in the set format. A set gives a new set (--out a
+    folder) whose scenes list what is seen in place of what was listed; or JSON (--out a
+    .json). Without --set the symbols are generic words: flat, hollow, clear, long, tool, block,
+    round. A set that lists objects in training scenes names its own test scenes.
+    """
+    from demospec.demonstrations import read_set
+    from demospec.errors import InputError
+    from demospec.perception import fit_symbol_head, load_body
+
+    if not source.exists():
+        raise InputError("a picture or a demonstration set", "nothing there", file=source)
+    network = load_body(body)
+    head = None
+    if named is not None:
+        from demospec.cli._common import progress_bar
+
+        teacher = read_set(named)
+        with progress_bar() as progress:
+            head = fit_symbol_head(
+                [s for s in teacher.scenes if s.split != "test"], body=network, progress=progress
+            )
+        if head is None:
+            raise InputError(
+                "training scenes with pictures and lists of objects", "none", file=named
+            )
+    if source.is_dir():
+        _detect_set(source, network, head, least, out, overlay, scene_id, force, json)
+        return
+    from demospec.perception import detect_objects, overlay_picture
+    from demospec.scene import Picture
+
+    if scene_id is not None:
+        raise InputError("no scene for a single picture", scene_id, field="--scene")
+    picture = Picture(file=source)
+    found = detect_objects(picture.pixels, body=network, head=head, least=least)
+    document = {"size_px": list(picture.size_px), "objects": [thing.to_json() for thing in found]}
+    save_json(document, out)
+    if overlay is not None:
+        overlay_picture(picture.pixels, found, overlay)
+        say(f"wrote {overlay}")
+    if json:
+        print_json(document)
+    else:
+        _print(source.name, [(None, found)], head is not None)
+
+
+def _detect_set(
+    source: Path,
+    network: Body,
+    head: SymbolHead | None,
+    least: float,
+    out: Path | None,
+    overlay: Path | None,
+    scene_id: str | None,
+    force: bool,
+    json: bool,
+) -> None:
+    from demospec.cli._common import progress_bar
+    from demospec.demonstrations import read_set, write_set
+    from demospec.errors import InputError
+    from demospec.files import check_free_folder
+    from demospec.perception import detect_in_set, overlay_picture
+
+    data = read_set(source)
+    folder = out if out is not None and out.suffix != ".json" else None
+    if folder is not None:
+        check_free_folder(folder, replace=force)
+    if scene_id is not None:
+        data.scene(scene_id)
+    with progress_bar() as progress:
+        seen, skipped = detect_in_set(data, body=network, head=head, least=least, progress=progress)
+    for name in skipped:
+        say(f"note: scene {name} has no picture; its list is kept as it is")
+    if folder is not None:
+        write_set(seen, folder, replace_existing=force)
+        say(f"wrote {folder}")
+    document = {
+        "scenes": [
+            {"scene_id": s.scene_id, "objects": [thing.to_json() for thing in s.objects or ()]}
+            for s in seen.scenes
+            if s.scene_id not in skipped
+        ]
+    }
+    if folder is None:
+        save_json(document, out)
+    if overlay is not None:
+        shown = [s for s in seen.scenes if s.scene_id not in skipped]
+        if scene_id is not None:
+            shown = [s for s in shown if s.scene_id == scene_id]
+        if not shown:
+            raise InputError("a scene with a picture", scene_id, field="--scene")
+        overlay_picture(shown[0].pixels(), shown[0].objects or (), overlay)
+        say(f"wrote {overlay}")
+    if json:
+        print_json(document)
+    else:
+        rows = [(s.scene_id, s.objects or ()) for s in seen.scenes if s.scene_id not in skipped]
+        _print(seen.name, rows, head is not None)
+
+
+def _print(
+    title: str, scenes: Sequence[tuple[str | None, Sequence[SceneObject]]], named: bool
+) -> None:
+    rows: list[list[Any]] = []
+    for name, found in scenes:
+        for thing in found:
+            x, y, right, low = thing.outline.bounds
+            width, height = right - x, low - y
+            sure = getattr(thing, "confidence", 1.0)
+            row: list[Any] = [
+                thing.id,
+                thing.symbol,
+                *(round(v, 1) for v in (*thing.center, width, height)),
+            ]
+            rows.append([*([] if name is None else [name]), *row, round(sure, 2)])
+    header = ["object", "symbol", "x px", "y px", "width px", "height px", "confidence"]
+    if scenes and scenes[0][0] is not None:
+        header = ["scene", *header]
+    note = "" if named else "Symbols are generic words; --set SET names them as a set does."
+    print_table(f"{title}: {len(rows)} objects seen", header, rows, note=note)

@@ -15,11 +15,12 @@ if TYPE_CHECKING:
     from demospec.perception._body import Body, BodySize
     from demospec.perception._detect import (
         DetectedObject,
-        detect_in_scene,
+        detect_in_set,
         detect_objects,
         fit_symbol_head,
     )
     from demospec.perception._looks import SymbolHead
+    from demospec.perception._overlay import overlay_picture
     from demospec.perception._pictures import make_picture
     from demospec.perception._pretrain import PretrainSettings, pretrain
     from demospec.perception._sight import canonical_grid, look
@@ -36,12 +37,13 @@ __all__ = [
     "Slot",
     "SymbolHead",
     "canonical_grid",
-    "detect_in_scene",
+    "detect_in_set",
     "detect_objects",
     "fit_symbol_head",
     "load_body",
     "look",
     "make_picture",
+    "overlay_picture",
     "pretrain",
     "read_map",
     "recipe_of",
@@ -55,12 +57,13 @@ _HOME = {
     "PretrainSettings": "_pretrain",
     "SymbolHead": "_looks",
     "canonical_grid": "_sight",
-    "detect_in_scene": "_detect",
+    "detect_in_set": "_detect",
     "detect_objects": "_detect",
     "fit_symbol_head": "_detect",
     "load_body": "_weights",
     "look": "_sight",
     "make_picture": "_pictures",
+    "overlay_picture": "_overlay",
     "pretrain": "_pretrain",
     "recipe_of": "_weights",
 }

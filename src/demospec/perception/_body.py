@@ -7,8 +7,10 @@ is lost on the way in.
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
+from itertools import pairwise
 from typing import Any
 
 import torch
@@ -124,16 +126,18 @@ def folded(body: Body) -> Body:
 
     The norms that remain are identities, so that both kinds of body share one layout.
     """
+    if not any(isinstance(module, nn.BatchNorm2d) for module in body.modules()):
+        return copy.deepcopy(body).eval()
     out = Body(body.size)
     out.load_state_dict(body.state_dict())
     out.eval()
     for module in out.modules():
         if isinstance(module, nn.Sequential):
             children = list(module.named_children())
-            for (_, conv), (name, norm) in zip(children, children[1:], strict=False):
+            for (_, conv), (name, norm) in pairwise(children):
                 if isinstance(conv, nn.Conv2d) and isinstance(norm, nn.BatchNorm2d):
                     fused = nn.utils.fusion.fuse_conv_bn_eval(conv, norm)
-                    index = [key for key, child in children if child is conv][0]
+                    index = next(key for key, child in children if child is conv)
                     module._modules[index] = fused
                     module._modules[name] = nn.Identity()
     return out

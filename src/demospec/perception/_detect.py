@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from demospec.demonstrations import DemonstrationSet
 from demospec.errors import CannotJudgeError
 from demospec.perception._looks import NOTHING, SymbolHead, match_slots
 from demospec.perception._results import Sight, Slot
@@ -86,9 +87,9 @@ def detect_objects(
             DetectedObject(
                 id=f"{symbol}-{number}",
                 symbol=symbol,
-                center=(float(slot.center[0]), float(slot.center[1])),
-                bbox=slot.bbox,
-                footprint=Polygon(slot.polygon),
+                center=(round(slot.center[0], 3), round(slot.center[1], 3)),
+                bbox=tuple(round(v, 3) for v in slot.bbox),  # type: ignore[arg-type]
+                footprint=Polygon(np.round(slot.polygon, 3)),
                 confidence=float(there if head is None else p),
                 symbols=ranked[:3],
             )
@@ -169,10 +170,37 @@ def _alike(slot: Slot, sight: Sight, view: tuple[Sight, int]) -> NDArray[np.floa
     return found
 
 
-def detect_in_scene(
-    scene: Scene, *, body: Body | None = None, head: SymbolHead | None = None,
+def detect_in_set(
+    data: DemonstrationSet,
+    *,
+    body: Body | None = None,
+    head: SymbolHead | None = None,
     least: float = LEAST_CONFIDENCE,
-) -> Scene:  # fmt: skip
-    """The scene with the objects that are seen in its picture instead of those listed."""
-    found = detect_objects(scene, body=body, head=head, least=least)
-    return replace(scene, objects=tuple(found))
+    progress: Progress = silent,
+) -> tuple[DemonstrationSet, tuple[str, ...]]:
+    """The set with what is seen in its pictures in place of what its scenes listed.
+
+    A head from the set's own training lists (`fit_symbol_head`) keeps its symbols; generic
+    words are added to the set's symbols where no head is given.
+
+    Returns:
+        (set, ids of scenes without a picture, which are left as they are).
+
+    Raises:
+        CannotJudgeError: No scene has a picture.
+    """
+    skipped = tuple(s.scene_id for s in data.scenes if s.picture is None)
+    if len(skipped) == len(data.scenes):
+        raise CannotJudgeError("scenes with pictures", "none", field="scenes")
+    scenes = []
+    for number, scene in enumerate(data.scenes):
+        if scene.picture is not None:
+            found = detect_objects(scene, body=body, head=head, least=least)
+            # How a simulated scene was rendered names its true items: none of the eyes' business.
+            extra = tuple((key, value) for key, value in scene.extra if key != "render")
+            scene = replace(scene, objects=tuple(found), extra=extra)
+        scenes.append(scene)
+        progress("looking at the scenes", number + 1, len(data.scenes))
+    used = {item.symbol for scene in scenes for item in scene.objects or ()}
+    symbols = (*data.symbols, *sorted(used - set(data.symbols)))
+    return replace(data, scenes=tuple(scenes), symbols=symbols), skipped

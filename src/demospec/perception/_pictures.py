@@ -17,7 +17,7 @@ from demospec.perception._backgrounds import (
     uneven_light,
 )
 from demospec.perception._shapes import Field, distance_from_level
-from demospec.perception._things import Thing, make_thing
+from demospec.perception._things import CLEAR_SHARE, Thing, make_thing
 
 Planes = NDArray[np.float32]
 
@@ -304,11 +304,11 @@ def _paint_clear(
     return np.asarray(picture * (1 - share) + body * share, np.float32), contents
 
 
-def _finish(rng: np.random.Generator, picture: Planes) -> NDArray[np.uint8]:
+def _finish(rng: np.random.Generator, table: Planes) -> NDArray[np.uint8]:
     """The camera: exposure, colour cast, tone curve, blur, noise, JPEG."""
     from scipy.ndimage import gaussian_filter
 
-    picture = picture * rng.uniform(0.75, 1.25) * (1 + rng.normal(0, 0.05, 3))
+    picture: NDArray[np.floating] = table * rng.uniform(0.75, 1.25) * (1 + rng.normal(0, 0.05, 3))
     bright = float(np.percentile(picture, 90))
     if bright > 0.95 and rng.random() < 0.9:
         picture = picture * rng.uniform(0.75, 1.0) / bright
@@ -329,7 +329,10 @@ def _finish(rng: np.random.Generator, picture: Planes) -> NDArray[np.uint8]:
 
 
 def make_picture(
-    rng: np.random.Generator, bank: NoiseBank, size: int = 100
+    rng: np.random.Generator,
+    bank: NoiseBank,
+    size: int = 100,
+    clear_share: float = CLEAR_SHARE,
 ) -> tuple[NDArray[np.uint8], Planes]:
     """One picture (size, size, 3) uint8 and its answers (7, size, size), see `CHANNELS`.
 
@@ -348,7 +351,7 @@ def make_picture(
     )
     base_colour = random_colour(rng)
     for number in range(count):
-        placed = _place(rng, x, y, distance, size)
+        placed = _place(rng, x, y, distance, size, clear_share)
         if placed is None:
             continue
         thing, own = placed
@@ -389,14 +392,14 @@ def make_picture(
 
 
 def _place(
-    rng: np.random.Generator, x: Field, y: Field, distance: Field, size: int
+    rng: np.random.Generator, x: Field, y: Field, distance: Field, size: int, clear_share: float
 ) -> tuple[Thing, Field] | None:
     """A thing where it keeps off the others (nearly always), and its own signed distance."""
     gap = -1.0 if rng.random() < 0.03 else rng.uniform(1.0, 4.0)
     for _ in range(4):
         margin = -3 if rng.random() < 0.15 else 8
         cx, cy = rng.uniform(margin, size - margin, 2)
-        thing = make_thing(rng, x - np.float32(cx), y - np.float32(cy))
+        thing = make_thing(rng, x - np.float32(cx), y - np.float32(cy), clear_share)
         inside = thing.level < 0
         if inside.sum() < 5:
             continue

@@ -7,7 +7,7 @@ and seen a few times turned, mirrored and recoloured, which costs the answers no
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Generator
 from concurrent.futures import Future, ProcessPoolExecutor
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -21,9 +21,10 @@ from torch.nn import functional
 
 from demospec.errors import InputError
 from demospec.perception._backgrounds import NoiseBank
-from demospec.perception._body import Body, BodySize
+from demospec.perception._body import Body, BodySize, empty_folded
 from demospec.perception._pictures import make_picture
-from demospec.perception._weights import save_body
+from demospec.perception._things import CLEAR_SHARE
+from demospec.perception._weights import load_body, recipe_of, save_body
 from demospec.progress import Progress, silent
 
 
@@ -40,7 +41,10 @@ class PretrainSettings:
         size_px: Side of the pictures.
         lr: Peak learning rate of AdamW (one cycle).
         average: Decay of the running average of the weights that is saved.
+        clear_share: Share of see-through vessels among the things, in [0, 1).
         workers: Processes that paint pictures beside the training; 0 paints in between.
+        init: Weights file to go on from (its own recipe is kept inside the new one); None
+            starts from random weights.
         bfloat16: Train in bfloat16 (saved weights and inference are float32/float16).
         body: Channels.
     """
@@ -53,7 +57,9 @@ class PretrainSettings:
     size_px: int = 100
     lr: float = 2.5e-3
     average: float = 0.998
+    clear_share: float = CLEAR_SHARE
     workers: int = 0
+    init: str | None = None
     bfloat16: bool = True
     body: BodySize = field(default_factory=BodySize)
 
@@ -61,19 +67,31 @@ class PretrainSettings:
         for name in ("steps", "batch", "pool", "size_px"):
             if getattr(self, name) < 1:
                 raise InputError("at least 1", getattr(self, name), field=name)
+        if self.workers < 0:
+            raise InputError("at least 0", self.workers, field="workers")
+        if self.size_px < 32:
+            raise InputError("at least 32 px", self.size_px, field="size_px")
+        if not self.reuse >= 0.1:
+            raise InputError("at least 0.1", self.reuse, field="reuse")
+        if not 0.0 <= self.clear_share < 1.0:
+            raise InputError("a share in [0, 1)", self.clear_share, field="clear_share")
+        if not 0.0 < self.lr < 1.0:
+            raise InputError("a learning rate in (0, 1)", self.lr, field="lr")
 
 
 Chunk = tuple[NDArray[np.uint8], NDArray[np.float16]]
 
 
-def paint(seed: int, first: int, count: int, size_px: int) -> Chunk:
+def paint(
+    seed: int, first: int, count: int, size_px: int, clear_share: float = CLEAR_SHARE
+) -> Chunk:
     """Pictures number first … first + count − 1 of a seed: (n, s, s, 3) and (n, 7, s, s)."""
     bank = _bank(seed)
     pictures = np.empty((count, size_px, size_px, 3), np.uint8)
     planes = np.empty((count, 7, size_px, size_px), np.float16)
     for i in range(count):
         rng = np.random.default_rng([seed, first + i])
-        pictures[i], planes[i] = make_picture(rng, bank, size_px)
+        pictures[i], planes[i] = make_picture(rng, bank, size_px, clear_share)
     return pictures, planes
 
 
@@ -86,22 +104,31 @@ def _bank(seed: int) -> NoiseBank:
     return _BANKS[seed]
 
 
-def _chunks(settings: PretrainSettings, size: int) -> Iterator[Chunk]:
+def _let_the_trainer_stop() -> None:
+    """Ctrl-C reaches the whole group of processes: only the one that trains answers it."""
+    import signal
+
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def _chunks(settings: PretrainSettings, size: int) -> Generator[Chunk]:
     """Endless chunks in order, painted ahead by worker processes where there are any."""
-    number = 0
+    s, number = settings, 0
     if settings.workers == 0:
         while True:
-            yield paint(settings.seed, number * size, size, settings.size_px)
+            yield paint(s.seed, number * size, size, s.size_px, s.clear_share)
             number += 1
     import multiprocessing
 
     context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(settings.workers, mp_context=context) as workers:
+    with ProcessPoolExecutor(
+        settings.workers, mp_context=context, initializer=_let_the_trainer_stop
+    ) as workers:
         ahead: list[Future[Chunk]] = []
         while True:
             while len(ahead) < 3 * settings.workers:
                 ahead.append(
-                    workers.submit(paint, settings.seed, number * size, size, settings.size_px)
+                    workers.submit(paint, s.seed, number * size, size, s.size_px, s.clear_share)
                 )
                 number += 1
             yield ahead.pop(0).result()
@@ -180,10 +207,25 @@ def pretrain(
         command: The command that ran it, for the record.
         progress: Told after every step.
         checkpoint_s: Seconds between intermediate weights (same file, whole at any time).
+
+    Raises:
+        InputError: `settings.init` holds no weights of such a body.
+        KeyboardInterrupt: Passed on after the weights so far have been written.
     """
     torch.manual_seed(settings.seed)
     generator = torch.Generator().manual_seed(settings.seed)
-    body = Body(settings.body).to(memory_format=torch.channels_last)
+    began_from = None
+    if settings.init is None:
+        body = Body(settings.body)
+    else:
+        # Weights are saved with their norms folded in: it goes on without norms.
+        body = empty_folded(settings.body)
+        shipped = load_body(settings.init)
+        if shipped.size != settings.body:
+            raise InputError(f"a body of {settings.body}", shipped.size, field="init")
+        body.load_state_dict(shipped.state_dict())
+        began_from = recipe_of(settings.init)
+    body = body.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
     average = {k: v.clone() for k, v in body.state_dict().items()}
     decay = [p for p in body.parameters() if p.ndim > 1]
     plain = [p for p in body.parameters() if p.ndim <= 1]
@@ -203,7 +245,24 @@ def pretrain(
     filled, at, owed = 0, 0, float(first_fill)
     shown: dict[str, float] = {}
     began = saved = time.monotonic()
-    for step in range(settings.steps):
+
+    def keep(steps_done: int) -> dict[str, Any]:
+        recipe = {
+            "settings": asdict(settings),
+            "command": command,
+            "began_from": began_from,
+            "steps_done": steps_done,
+            "seconds": round(time.monotonic() - began),
+            "training_error": {k: round(v, 4) for k, v in shown.items()},
+            "torch": torch.__version__,
+        }
+        smooth = Body(settings.body) if began_from is None else empty_folded(settings.body)
+        smooth.load_state_dict(average)
+        save_body(out, smooth, recipe)
+        return recipe
+
+    def train_step(step: int) -> None:
+        nonlocal filled, at, owed
         while owed > 0:
             pictures, planes = next(chunks)
             where = torch.from_numpy((at + np.arange(len(pictures))) % settings.pool)
@@ -236,18 +295,18 @@ def pretrain(
         for key, number in parts.items():
             shown[key] = 0.98 * shown.get(key, number) + 0.02 * number
         progress("pretraining", step + 1, settings.steps)
-        done = step + 1 == settings.steps
-        if done or time.monotonic() - saved > checkpoint_s:
-            saved = time.monotonic()
-            recipe = {
-                "settings": asdict(settings),
-                "command": command,
-                "steps_done": step + 1,
-                "seconds": round(saved - began),
-                "training_error": {k: round(v, 4) for k, v in shown.items()},
-                "torch": torch.__version__,
-            }
-            smooth = Body(settings.body)
-            smooth.load_state_dict(average)
-            save_body(out, smooth, recipe)
-    return recipe
+
+    step = 0
+    try:
+        for step in range(settings.steps):
+            train_step(step)
+            if time.monotonic() - saved > checkpoint_s and step + 1 < settings.steps:
+                saved = time.monotonic()
+                keep(step + 1)
+    except KeyboardInterrupt:
+        if step > 0:
+            keep(step)
+        raise
+    finally:
+        chunks.close()
+    return keep(settings.steps)

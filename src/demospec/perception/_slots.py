@@ -142,9 +142,9 @@ def _outline(level: Float32Array) -> FloatArray:
     from skimage.measure import approximate_polygon, find_contours
 
     padded = np.pad(level, 1, constant_values=1.0)
-    contours = find_contours(padded, 0.0)
+    contours = find_contours(padded, 0.0)  # type: ignore[no-untyped-call]
     longest = max(contours, key=len)
-    simple = approximate_polygon(longest, 0.15)
+    simple = approximate_polygon(longest, 0.15)  # type: ignore[no-untyped-call]
     if len(simple) < 4:
         simple = longest
     points = simple[:-1, ::-1] - 0.5

@@ -65,7 +65,8 @@ def _plan(rng: np.random.Generator, x: Field, y: Field, radius: float, roundness
         return shapes.ngon(x, y, sides, radius, radius * rng.uniform(0, 0.4))
     count = 4
     size = 0.12 / np.arange(2, 2 + count)
-    return shapes.blob(x, y, radius, rng.normal(0, size), rng.normal(0, size))
+    cosines, sines = rng.normal(0, size), rng.normal(0, size)
+    return shapes.blob(x, y, radius, cosines.astype(np.float32), sines.astype(np.float32))
 
 
 def _ear(rng: np.random.Generator, x: Field, y: Field, radius: float) -> Field:
@@ -77,7 +78,8 @@ def _ear(rng: np.random.Generator, x: Field, y: Field, radius: float) -> Field:
     thick = max(0.8, radius * rng.uniform(0.06, 0.2))
     if pick < 0.4:
         ring = radius * rng.uniform(0.25, 0.55)
-        return np.maximum(shapes.arc(u - radius, v, ring, thick), -(np.hypot(u, v) - radius * 0.9))
+        loop = shapes.arc(u - radius, v, ring, thick)
+        return np.asarray(np.maximum(loop, -(np.hypot(u, v) - radius * 0.9)))
     if pick < 0.75:
         return shapes.capsule(
             u, v, radius * 0.8, 0, radius * rng.uniform(1.15, 1.6), 0, thick, thick
@@ -329,15 +331,24 @@ def _round(rng: np.random.Generator, x: Field, y: Field) -> Thing:
     return Thing(6, _plan(rng, x, y, radius, 0.5), None, None, radius)
 
 
-_SHARES = np.array([0.17, 0.2, 0.17, 0.2, 0.1, 0.08, 0.08])
+CLEAR_SHARE = 0.17
+"""How many things are see-through vessels unless another share is asked for."""
+
+_SHARES = np.array([0.17, 0.2, CLEAR_SHARE, 0.2, 0.1, 0.08, 0.08])
 
 
-def make_thing(rng: np.random.Generator, x: Field, y: Field) -> Thing:
+def make_thing(
+    rng: np.random.Generator, x: Field, y: Field, clear_share: float = CLEAR_SHARE
+) -> Thing:
     """A random thing about the origin of (x, y), turned at random."""
+    shares = _SHARES
+    if clear_share != CLEAR_SHARE:
+        shares = _SHARES * ((1.0 - clear_share) / (1.0 - CLEAR_SHARE))
+        shares[2] = clear_share
     angle = rng.uniform(0, 2 * np.pi)
     c, s = np.float32(np.cos(angle)), np.float32(np.sin(angle))
     u, v = x * c + y * s, y * c - x * s
-    kind = int(rng.choice(len(KINDS), p=_SHARES))
+    kind = int(rng.choice(len(KINDS), p=shares))
     if kind in (1, 2) and rng.random() < 0.22:
         return _oblique(rng, x, y, kind)
     if kind <= 2:

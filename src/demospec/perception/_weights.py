@@ -64,7 +64,8 @@ def _loaded(name: str, changed: int) -> Any:
     try:
         with safe_open(name, framework="pt") as stored:
             metadata = stored.metadata() or {}
-            state = {key: stored.get_tensor(key).float() for key in stored.keys()}
+            names = list(stored.keys())  # it is no dict
+            state = {key: stored.get_tensor(key).float() for key in names}
         recipe = json.loads(metadata.get("recipe", "null"))
     except (SafetensorError, ValueError, OSError) as error:
         raise InputError("weights of a body (safetensors)", str(error), file=file) from None
