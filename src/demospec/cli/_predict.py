@@ -5,7 +5,9 @@ from __future__ import annotations
 import shutil
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import TYPE_CHECKING, Annotated, Any, TextIO
+
+import typer
 
 from demospec.cli._common import (
     Json,
@@ -26,17 +28,39 @@ LARGE = 100_000
 """Sets of more demonstrations are judged batch by batch."""
 
 
-def predict(model: ModelPath, set_folder: SetFolder, json: Json = False, out: Out = None) -> None:
+def predict(
+    model: ModelPath,
+    set_folder: SetFolder,
+    conformal: Annotated[
+        float | None,
+        typer.Option(
+            "--conformal",
+            metavar="ALPHA",
+            help="Add a verdict (valid, invalid, either) that is wrong at most this often in a "
+            "new scene; needs --calibrate.",
+        ),
+    ] = None,
+    calibrate: Annotated[
+        Path | None,
+        typer.Option("--calibrate", help="Labelled set of scenes the model was not fitted to."),
+    ] = None,
+    json: Json = False,
+    out: Out = None,
+) -> None:
     """Judge every demonstration of a set: p(valid) for its type. Never reads the labels.
 
     A demonstration without type gets one entry for each type of the model. p_valid is null
     where the model cannot judge (a rule on a scene that lists no objects).
     """
     from demospec.demonstrations import count_rows, read_set
+    from demospec.errors import InputError
     from demospec.specification import load_model
     from demospec.specification import predict as predict_set
 
-    if (json or out is not None) and count_rows(set_folder) > LARGE:
+    if (conformal is None) != (calibrate is None):
+        missing = "--calibrate" if calibrate is None else "--conformal"
+        raise InputError("--conformal and --calibrate together", f"no {missing}", field=missing)
+    if conformal is None and (json or out is not None) and count_rows(set_folder) > LARGE:
         _in_batches(model, set_folder, json=json, out=out)
         return
     data = read_set(set_folder)
@@ -46,13 +70,37 @@ def predict(model: ModelPath, set_folder: SetFolder, json: Json = False, out: Ou
     say_unjudged(answer.unjudged)
     if answer.unknown_types:
         say(f"p_valid is null for types the model does not know: {', '.join(answer.unknown_types)}")
-    document = answer.to_json()
+    document: dict[str, Any] = answer.to_json()
+    header = ["demonstration", "scene", "type", "p(valid)"]
+    if conformal is not None and calibrate is not None:
+        header.append(f"verdict (wrong at most {conformal:.3g})")
+        _add_verdicts(document, fitted, data, conformal, calibrate)
     save_json(document, out)
     if json:
         print_json(document)
     elif out is None:
-        rows = [[p.demo_id, p.scene_id, p.type, p.p_valid] for p in answer.items]
-        print_table("", ("demonstration", "scene", "type", "p(valid)"), rows)
+        rows = [list(entry.values()) for entry in document["predictions"]]
+        print_table("", header, rows)
+
+
+def _add_verdicts(
+    document: dict[str, Any], model: Any, data: Any, alpha: float, calibrate: Path
+) -> None:
+    """A ``verdict`` for every prediction, and how it was calibrated."""
+    from demospec.demonstrations import read_set
+    from demospec.specification import conformal, predict_verdicts
+
+    with progress_bar() as progress:
+        found = conformal(model, read_set(calibrate), alpha, progress=progress)
+        said = predict_verdicts(model, data, found, progress=progress)
+    for entry in document["predictions"]:
+        entry["verdict"] = said.get((entry["demo_id"], entry["type"]))
+    document["conformal"] = {
+        "alpha": alpha,
+        "margin": dict(found.margin),
+        "scenes": dict(found.scenes),
+        "least_alpha": dict(found.least_alpha),
+    }
 
 
 def _in_batches(model: Path, set_folder: Path, *, json: bool, out: Path | None) -> None:

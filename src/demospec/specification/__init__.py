@@ -4,6 +4,7 @@ Nothing here loads torch until a network is fitted or sees a scene.
 """
 
 from demospec.specification._audit import Audit, AuditEntry, audit_set
+from demospec.specification._conformal import Conformal, conformal, predict_verdicts
 from demospec.specification._control_plane import ControlPlane, plane_bounds
 from demospec.specification._evaluate import Evaluation, Score, evaluate
 from demospec.specification._explain import Explanation, explain
@@ -20,6 +21,7 @@ from demospec.specification._validity_map import ValidityMap, validity_map
 __all__ = [
     "Audit",
     "AuditEntry",
+    "Conformal",
     "ControlPlane",
     "Evaluation",
     "Explanation",
@@ -40,6 +42,7 @@ __all__ = [
     "Score",
     "ValidityMap",
     "audit_set",
+    "conformal",
     "evaluate",
     "explain",
     "fit_model",
@@ -48,6 +51,7 @@ __all__ = [
     "plane_bounds",
     "predict",
     "predict_batches",
+    "predict_verdicts",
     "repair",
     "repair_set",
     "sample_valid",

@@ -144,7 +144,8 @@ class LogitMap:
             self._tensor, p.permute(1, 2, 0)[None], mode="bilinear", padding_mode="border",
             align_corners=False,
         )  # fmt: skip
-        return read[0, 0]
+        along: Tensor = read[0, 0]
+        return along
 
     def _ragged(self, paths: list[NDArray[Any]]) -> FloatArray:
         """Paths of different lengths; equal lengths together."""
