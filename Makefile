@@ -5,8 +5,11 @@ TORCH ?= torch==2.13.0
 VENV ?= .venv
 BIN := $(VENV)/bin
 JOBS ?= 2
+# Versions that are known to work; CONSTRAINTS= takes the newest instead. PyTorch is not among
+# them: its build is chosen by TORCH.
+CONSTRAINTS ?= -c constraints/dev.txt
 
-.PHONY: demo test test-all lint bench docs clean
+.PHONY: demo test test-all lint bench bench-quick docs constraints clean
 
 demo: $(VENV)/.demo
 	$(BIN)/demospec demo --out runs/demo
@@ -18,12 +21,12 @@ $(VENV)/bin/pip:
 # torch goes first: a bare range would bring gigabytes of CUDA packages.
 $(VENV)/.demo: pyproject.toml | $(VENV)/bin/pip
 	$(BIN)/pip install -q $(TORCH)
-	$(BIN)/pip install -q -e ".[vision]"
+	$(BIN)/pip install -q $(CONSTRAINTS) -e ".[vision]"
 	touch $@
 
 $(VENV)/.dev: pyproject.toml | $(VENV)/bin/pip
 	$(BIN)/pip install -q $(TORCH)
-	$(BIN)/pip install -q -e ".[all,dev]"
+	$(BIN)/pip install -q $(CONSTRAINTS) -e ".[all,dev]"
 	touch $@ $(VENV)/.demo
 
 lint: $(VENV)/.dev
@@ -38,5 +41,18 @@ test: $(VENV)/.dev
 test-all: $(VENV)/.dev
 	$(BIN)/pytest -q -n $(JOBS) -m "slow or not slow"
 
+# A few minutes on two cores; the table is benchmarks/results/suite.md.
+bench: $(VENV)/.dev
+	$(BIN)/python benchmarks/run.py
+
+bench-quick: $(VENV)/.dev
+	$(BIN)/python benchmarks/run.py --quick
+
+docs: $(VENV)/.dev
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
+
+constraints: $(VENV)/.dev
+	$(BIN)/python constraints/make.py
+
 clean:
-	rm -rf $(VENV) runs
+	rm -rf $(VENV) runs site

@@ -1,0 +1,47 @@
+"""The documentation site builds without a warning and asks nothing of other machines."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+LOADED = re.compile(
+    r"""<(?:script|img|iframe|source)[^>]*\ssrc=["']?(https?:)?//"""
+    r"""|<link[^>]*rel=["']?(?:stylesheet|preconnect|preload|icon)[^>]*href=["']?(https?:)?//"""
+    r"""|@import[^;]*//|url\(["']?https?:"""
+)
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    for package in ("mkdocs", "material", "mkdocstrings"):
+        pytest.importorskip(package, reason="pip install 'demospec[dev]'")
+    folder = tmp_path_factory.mktemp("site")
+    command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", str(folder)]
+    environment = {**os.environ, "NO_MKDOCS_2_WARNING": "1"}
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, env=environment)
+    assert done.returncode == 0, done.stderr
+    return folder
+
+
+def test_every_page_is_there(site: Path) -> None:
+    for page in (ROOT / "docs").glob("*.md"):
+        assert (site / f"{page.stem}.html").is_file(), page.name
+
+
+def test_no_page_loads_anything_from_elsewhere(site: Path) -> None:
+    for file in [*site.rglob("*.html"), *site.rglob("*.css")]:
+        found = LOADED.search(file.read_text(encoding="utf-8"))
+        assert found is None, f"{file.name}: {found and found.group(0)}"
+
+
+def test_the_library_page_holds_signatures(site: Path) -> None:
+    text = (site / "api.html").read_text(encoding="utf-8")
+    assert "read_set" in text
+    assert "run_tasks" in text
