@@ -13,6 +13,8 @@ from rules_problems import pixel_problem, random_problem
 
 import demospec.rules._exact as exact
 import demospec.rules._tolerant as tolerant
+import demospec.rules._tolerant_grid as grid
+from demospec.errors import InputError
 from demospec.rules import (
     Bounds,
     RuleObject,
@@ -24,12 +26,13 @@ from demospec.rules import (
     minimal_conflict,
     solve,
 )
+from demospec.rules._label_noise import slack_of
 
 
 @pytest.fixture(params=["counted", "searched"])
 def way(request, monkeypatch):
     if request.param == "searched":
-        monkeypatch.setattr(tolerant, "GRID_CELLS", 0)
+        monkeypatch.setattr(grid, "GRID_CELLS", 0)
         monkeypatch.setattr(exact, "SWEEP_CELLS", -1)
     return request.param
 
@@ -63,18 +66,86 @@ def test_a_tolerant_fit_contradicts_fewest(way):
         problem = random_problem(seed, flip=0.3)
         sets, wrong = contradictions(problem)
         fewest = wrong.sum(axis=1).min()
-        answer = tolerant.solve_tolerant(problem, math.inf, 10**6)
+        answer = tolerant.solve_tolerant(problem, math.inf, 10**6, label_noise=0.0)
         assert answer.contradicted is not None
-        assert len(answer.contradicted) == fewest, seed
+        assert len(answer.contradicted) == answer.allowed == fewest, seed
         assert_same(answer, answer_from_sets(sets[wrong.sum(axis=1) == fewest]), f"seed {seed}")
         at_min = wrong[(sets == np.array(answer.min)).all(axis=1)][0]
         assert answer.contradicted == tuple(np.flatnonzero(at_min))
 
 
-def test_tolerant_changes_nothing_where_nothing_contradicts():
+def two_scenes():
+    """Scenes that share no threshold: the slack may be spent in either."""
+    scenes = tuple(
+        RuleScene((RuleObject(name, name, (x, 10.0)),), name)
+        for name, x in (("a", 0.0), ("b", 9.0))
+    )
+    for seed in range(3):
+        rng = np.random.default_rng(seed)
+        paths = tuple(
+            RuleTrajectory(i % 2, bool(rng.random() < 0.5), rng.integers(0, 20, (3, 2)) * 1.0)
+            for i in range(9)
+        )
+        yield RuleProblem(scenes, paths, 12, bounds=Bounds((0, 6), (1, 8)))
+
+
+@pytest.mark.parametrize("label_noise", [0.05, 0.2])
+def test_a_tolerant_envelope_holds_all_that_contradict_few_enough(way, label_noise):
+    problems = [random_problem(seed, flip=0.2) for seed in range(8)]
+    for seed, problem in enumerate([*problems, *two_scenes()]):
+        sets, wrong = contradictions(problem)
+        count = wrong.sum(axis=1)
+        slack = slack_of(label_noise, len(problem.parameters))
+        answer = solve(problem, tolerant=True, listed=10**6, label_noise=label_noise)
+        assert answer.allowed == count.min() + min(slack, len(problem.trajectories))
+        assert_same(answer, answer_from_sets(sets[count <= answer.allowed]), f"seed {seed}")
+        # The exact smallest number, and its own envelope, stand beside it.
+        assert len(answer.contradicted) == count.min()
+        assert_same(answer.fewest, answer_from_sets(sets[count == count.min()]), f"seed {seed}")
+        document = answer.to_json()
+        assert document["n_contradicted"] == count.min()
+        assert document["fewest"]["n_feasible"] == (count == count.min()).sum()
+
+
+def test_the_slack_is_a_likelihood_ratio():
+    from scipy.stats import chi2
+
+    for label_noise in (0.01, 0.05, 0.2, 0.45):
+        for thresholds in range(9):
+            slack = slack_of(label_noise, thresholds)
+            cost = 2 * math.log((1 - label_noise) / label_noise)
+            most = chi2.ppf(0.95, thresholds + 1)
+            assert slack * cost <= most < (slack + 1) * cost
+    assert slack_of(0.0, 3) == 0
+    with pytest.raises(InputError, match="label_noise"):
+        slack_of(0.5, 2)
+
+
+def test_a_tolerant_envelope_covers_the_truth_despite_wrong_labels():
+    """Also where the wrong labels contradict nothing; exact labels would rule the truth out."""
+    worlds = covered = missed = 0
+    for seed in range(36):
+        problem = random_problem(seed, flip=0.0)
+        if not len(problem.trajectories) or not len(truth := consistent_sets(problem)):
+            continue
+        flipped = seed % len(problem.trajectories)
+        paths = tuple(
+            replace(p, valid=p.valid ^ (i == flipped)) for i, p in enumerate(problem.trajectories)
+        )
+        noisy = replace(problem, trajectories=paths)
+        L = truth.sum(axis=1)
+        lenient, exact_labels = solve(noisy, tolerant=True), solve(noisy)
+        worlds += 1
+        covered += lenient.L_min <= L.min() and L.max() <= lenient.L_max
+        missed += exact_labels.L_min is None or exact_labels.L_min > L.min()
+    assert covered == worlds > 12
+    assert missed > 5
+
+
+def test_without_label_noise_tolerance_changes_nothing_where_nothing_contradicts():
     for seed in range(20):
         problem = random_problem(seed, flip=0.0)
-        plain, lenient = solve(problem), solve(problem, tolerant=True)
+        plain, lenient = solve(problem), solve(problem, tolerant=True, label_noise=0.0)
         if plain.status == "optimal":
             assert replace(plain, seconds=0.0) == replace(lenient, seconds=0.0)
 

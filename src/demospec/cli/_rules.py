@@ -51,6 +51,12 @@ def rules(
     tolerant: Annotated[
         bool, typer.Option("--tolerant", help="Influence: contradict as few labels as possible.")
     ] = False,
+    label_noise: Annotated[
+        float,
+        typer.Option(
+            help="With --tolerant: share of labels taken to be wrong; 0 for the best fit."
+        ),
+    ] = 0.05,
     time_limit: Annotated[
         float | None, typer.Option(min=0.01, help="Influence problems: seconds for each.")
     ] = None,
@@ -101,7 +107,12 @@ def rules(
     for path in paths:
         if path.is_dir():
             raise InputError("problem files, or one set", "a folder", file=path)
-    options = {"engine": engine, "tolerant": tolerant, "time_limit_s": time_limit}
+    options = {
+        "engine": engine,
+        "tolerant": tolerant,
+        "label_noise": label_noise,
+        "time_limit_s": time_limit,
+    }
     _problems(paths, settings, options, json=json, out=out)
 
 

@@ -36,7 +36,11 @@ class InfluenceAnswer:
         bound: On time-out, L is proven to lie within.
         hull_exact: Whether the hull is proven (always, unless the status is timeout).
         conflict: Indices of a minimal conflicting subset of the trajectories.
-        contradicted: Indices of the demonstrations that a tolerant fit contradicts.
+        contradicted: Of a tolerant fit: as few demonstrations as any parameters contradict,
+            by index; those that `fewest.min` does.
+        allowed: The other fields describe all parameter sets that contradict up to so many.
+        label_noise: Share of labels taken to be wrong, from which `allowed` follows.
+        fewest: The same answer about the sets that contradict fewest alone.
         seconds: Wall time used.
     """
 
@@ -58,6 +62,9 @@ class InfluenceAnswer:
     hull_exact: bool = True
     conflict: tuple[int, ...] | None = None
     contradicted: tuple[int, ...] | None = None
+    allowed: int | None = None
+    label_noise: float | None = None
+    fewest: InfluenceAnswer | None = None
     trajectory_ids: tuple[str | None, ...] = field(default=(), repr=False)
 
     @property
@@ -132,6 +139,14 @@ class InfluenceAnswer:
         if self.contradicted is not None:
             document["contradicted"] = list(self.contradicted)
             document["n_contradicted"] = len(self.contradicted)
+            document["n_allowed"] = self.allowed
+            document["label_noise"] = self.label_noise
+        if self.fewest is not None:
+            document["fewest"] = {
+                name: value
+                for name, value in self.fewest.to_json().items()
+                if name in ("status", "min", "max", "n_feasible", "hull")
+            }
         return document
 
     def _optimum(self, values: Parameters | None) -> dict[str, Any] | None:
@@ -159,7 +174,9 @@ def describe_influence(
     if answer.hull_T_min is None or answer.hull_radius is None:
         return ("No consistent parameters were found in the time allowed.",)
     low, high = answer.hull_T_min
-    lines = [f"No point may come within {_range(length, low, high)} of anything (T_min)."]
+    lines = [
+        f"No point may come as near as T_min to anything; T_min is {_range(length, low, high)}."
+    ]
     for name, (least, most) in zip(answer.names, answer.hull_radius, strict=True):
         verb = _sentence(problem, name).format(name=name, value=length(low))
         lines.append(
@@ -169,11 +186,8 @@ def describe_influence(
     for which, names in end.items():
         if names:
             lines.append(f"At the {which}imum, set by the bound, not by data: {', '.join(names)}.")
-    if answer.contradicted:
-        lines.append(
-            f"{len(answer.contradicted)} demonstration(s) contradicted: "
-            f"{_listed(answer, answer.contradicted)}."
-        )
+    if answer.contradicted is not None:
+        lines += _tolerated(answer)
     if answer.status == "timeout":
         lines.append("The time ran out: the ranges may be wider than printed.")
     if not any(not path.valid for path in problem.trajectories):
@@ -184,6 +198,20 @@ def describe_influence(
     elif not any(path.valid for path in problem.trajectories):
         lines.append("Nobody showed a good demonstration: upper ends are the bounds, not data.")
     return tuple(lines)
+
+
+def _tolerated(answer: InfluenceAnswer) -> list[str]:
+    """Which demonstrations a tolerant fit contradicts, and what its ranges allow for."""
+    wrong = answer.contradicted or ()
+    few = f"At least {len(wrong)} demonstration(s) must be" if wrong else "None must be"
+    names = f": {_listed(answer, wrong)} by the least parameters that do" if wrong else ""
+    lines = [f"{few} contradicted{names}."]
+    if answer.allowed is not None and answer.allowed > len(wrong):
+        lines.append(
+            f"With {answer.label_noise:.0%} of labels wrong more may be: the ranges hold for all "
+            f"parameters that contradict up to {answer.allowed}."
+        )
+    return lines
 
 
 def _contradiction(answer: InfluenceAnswer) -> tuple[str, ...]:

@@ -206,7 +206,7 @@ def influence_answer(
             for i, ok in zip(rows, valid, strict=True)
         ),
     )
-    answer = solve(problem, time_limit_s=within_s, tolerant=True)
+    answer = solve(problem, time_limit_s=within_s, tolerant=True, label_noise=0.0)
     if answer.status == "infeasible" or (answer.max is None and answer.min is None):
         return None, f"{answer.status}: no radii about the centres found within {within_s:g} s"
     document = answer.to_json()

@@ -10,6 +10,7 @@ from typing import Literal, get_args
 from demospec.errors import InputError
 from demospec.rules._answer import InfluenceAnswer
 from demospec.rules._exact import solve_exact
+from demospec.rules._label_noise import LABEL_NOISE, slack_of
 from demospec.rules._problem import RuleProblem
 from demospec.rules._steps import step_problem
 
@@ -23,6 +24,7 @@ def solve(
     tolerant: bool = False,
     seed: int = 0,
     listed: int = 1000,
+    label_noise: float = LABEL_NOISE,
 ) -> InfluenceAnswer:
     """All that the demonstrations say about (T_min, T_object-k): optima, ties, hull, count.
 
@@ -32,9 +34,12 @@ def solve(
             that is exact for the reading, which is ``exact``.
         time_limit_s: Seconds; None for no limit. When they are over, the status is
             ``timeout``.
-        tolerant: Contradict as few demonstrations as possible, where some must be.
+        tolerant: Labels may be wrong. Contradict as few demonstrations as possible; the
+            envelope is that of all parameters within the 95 % likelihood-ratio set.
         seed: Random seed of CP-SAT.
         listed: How many optima are listed at either end; all are counted.
+        label_noise: Of a tolerant answer: the share of labels taken to be wrong; 0 for the
+            parameters that contradict fewest, and no others.
 
     Raises:
         InputError: F_max is unknown (see `identify_F_max`), or an engine that there is not.
@@ -49,20 +54,26 @@ def solve(
         answer = _by_cpsat(problem, engine, deadline, seed, listed)
     else:
         answer = solve_exact(step_problem(problem), listed, deadline)
-    if answer.status == "infeasible":
-        answer = _contradiction(problem, answer, tolerant, deadline, listed)
+    wide = tolerant and slack_of(label_noise, len(problem.parameters)) > 0
+    if answer.status == "infeasible" or (wide and answer.status == "optimal"):
+        answer = _contradiction(problem, answer, tolerant, deadline, listed, label_noise)
     return answer.timed(time.monotonic() - began)
 
 
 def _contradiction(
-    problem: RuleProblem, answer: InfluenceAnswer, tolerant: bool, deadline: float, listed: int
+    problem: RuleProblem,
+    answer: InfluenceAnswer,
+    tolerant: bool,
+    deadline: float,
+    listed: int,
+    label_noise: float,
 ) -> InfluenceAnswer:
     """What to say where no parameters agree: a tolerant fit, or who contradicts whom."""
     from demospec.rules._conflict import minimal_conflict
     from demospec.rules._tolerant import solve_tolerant
 
     if tolerant:
-        return solve_tolerant(problem, deadline, listed)
+        return solve_tolerant(problem, deadline, listed, label_noise)
     return replace(answer, conflict=minimal_conflict(problem, deadline))
 
 

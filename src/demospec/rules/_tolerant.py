@@ -1,7 +1,8 @@
-"""Contradict as few demonstrations as possible: the exact smallest number, and its envelope.
+"""Contradict as few demonstrations as possible: the exact smallest number, and the envelope.
 
-The answer describes every parameter set that contradicts that smallest number, whichever
-demonstrations it contradicts; `contradicted` names those that the printed minimum does.
+`contradicted` holds the exact smallest number of contradicted demonstrations, and names those
+that the least parameters with that number contradict. Optima, hull and count describe every
+parameter set that contradicts up to a few more: see `slack_of`.
 """
 
 from __future__ import annotations
@@ -12,26 +13,42 @@ import numpy as np
 
 from demospec.rules._answer import InfluenceAnswer, Parameters
 from demospec.rules._boxes import Boxes, StepRows, alive, tie
-from demospec.rules._domain import Component, Domain, whole_domain
+from demospec.rules._domain import Domain, whole_domain
 from demospec.rules._domain import tie as tie_domain
-from demospec.rules._exact import answer, combine, point_rows, search_everything
+from demospec.rules._exact import answer, point_rows, search_everything
+from demospec.rules._label_noise import LABEL_NOISE, slack_of
 from demospec.rules._measure import IntArray
 from demospec.rules._problem import RuleProblem
 from demospec.rules._search import EVERY_L, LEAST_T, Found, Search
-from demospec.rules._steps import Block, BoolArray, StepProblem, step_problem
-from demospec.rules._sweep import Grid, first_rows
-
-GRID_CELLS = 40_000_000
-"""Most (T_min, radii) cells that are counted one by one; beyond it boxes are searched."""
+from demospec.rules._steps import BoolArray, StepProblem, step_problem
+from demospec.rules._tolerant_grid import by_grid, small
 
 
-def solve_tolerant(problem: RuleProblem, deadline: float, listed: int) -> InfluenceAnswer:
-    """The envelope of all parameter sets that contradict fewest demonstrations."""
+def solve_tolerant(
+    problem: RuleProblem,
+    deadline: float,
+    listed: int,
+    label_noise: float = LABEL_NOISE,
+) -> InfluenceAnswer:
+    """The envelope of all parameter sets that contradict few enough demonstrations.
+
+    Args:
+        deadline: On `time.monotonic`'s clock.
+        label_noise: Share of labels taken to be wrong; 0: only sets that contradict fewest.
+    """
     steps = step_problem(problem)
-    found = _by_grid(steps, listed) if _small(steps) else _by_search(steps, deadline, listed)
-    if found.min is None:
-        return found
-    return replace(found, contradicted=contradicted(steps, found.min))
+    most = len(problem.trajectories)
+    slack = min(slack_of(label_noise, len(problem.parameters)), most)
+    if small(steps, slack):
+        best, union, _ = by_grid(steps, listed, slack)
+    else:
+        best, union = _by_search(steps, deadline, listed, slack)
+    if best.min is None:
+        return best
+    wrong = contradicted(steps, best.min)
+    return replace(
+        union, contradicted=wrong, allowed=len(wrong) + slack, label_noise=label_noise, fewest=best
+    )
 
 
 def contradicted(steps: StepProblem, parameters: Parameters) -> tuple[int, ...]:
@@ -52,145 +69,6 @@ def _wrong(rows: StepRows, sums: IntArray, T: IntArray) -> BoolArray:
     wrong: BoolArray = heavy | touched
     wrong[:, v:] = ~wrong[:, v:]
     return wrong
-
-
-# --- one or two parameters per block: every cell counted -------------------------------------
-
-
-def _small(steps: StepProblem) -> bool:
-    bounds = steps.problem.bounds
-    times = bounds.T_min[1] - bounds.T_min[0] + 1
-    width = bounds.radius[1] - bounds.radius[0] + 1
-    return steps.separable and all(
-        len(b.parameters) <= 2 and times * width ** len(b.parameters) <= GRID_CELLS
-        for b in steps.blocks
-    )
-
-
-class _Cells:
-    """Cells of one block that contradict fewest rows, T_min by T_min.
-
-    Has what `combine` asks of slices.
-    """
-
-    def __init__(self, steps: StepProblem, block: Block, T: IntArray) -> None:
-        assert steps.limit is not None
-        bounds = steps.problem.bounds
-        low, high = bounds.radius
-        q = len(block.parameters)
-        self.T, self.bounds, self.low_radius = T, bounds.T_object, low
-        window = block.table[:, :, low : high + 1]
-        self.component = Component(
-            np.array(block.parameters, dtype=np.int64), np.full(q, low), np.full(q, high),
-            block.rows, block.valid, block.closest, window,
-        )  # fmt: skip
-        # _limits of no rows at all: only the cells are wanted.
-        none = replace(
-            self.component,
-            rows=block.rows[:0],
-            valid=block.valid[:0],
-            closest=block.closest[:0],
-            table=window[:0],
-        )
-        self.grid = Grid(none, steps.limit, T, bounds.T_object)
-        self._count_wrong(block, steps.limit, high - low + 1)
-
-    def _count_wrong(self, block: Block, limit: int, width: int) -> None:
-        """Per T_min the cells that are least wrong, and by how much."""
-        grid = Grid.__new__(Grid)
-        grid.component, grid.order = self.component, self.grid.order
-        cells = self.grid.others - self.low_radius
-        last = int(self.grid.order[-1])
-        m = len(cells)
-        at = np.arange(m)
-        change = np.zeros((m, width + 1), dtype=np.int64)
-        firsts = [grid._first(i, cells, last, width, limit) for i in range(len(block.rows))]
-        for i, first in enumerate(firsts):
-            self._add(change, at, first, bool(block.valid[i]), 1)
-        leaving: dict[int, list[int]] = {}
-        for i, level in enumerate(block.closest):
-            leaving.setdefault(max(int(level), int(self.T[0])), []).append(i)
-        touched_valid = 0
-        wrong = np.cumsum(change, axis=1)[:, :width]
-        self.fewest = np.zeros(len(self.T), dtype=np.int64)
-        self.masks: list[BoolArray] = []
-        c, d = self.bounds
-        self.inside: list[IntArray] = []
-        for t, T in enumerate(self.T):
-            gone = leaving.get(int(T), [])
-            for i in gone:
-                self._add(change, at, firsts[i], bool(block.valid[i]), -1)
-                touched_valid += int(block.valid[i])
-            if gone:
-                wrong = np.cumsum(change, axis=1)[:, :width]
-            inside = np.flatnonzero(
-                ((self.grid.others >= T + c) & (self.grid.others <= T + d)).all(axis=1)
-            )
-            part = wrong[inside, T + c - self.low_radius : T + d + 1 - self.low_radius]
-            least = int(part.min())
-            self.fewest[t] = least + touched_valid
-            self.masks.append(part == least)
-            self.inside.append(inside)
-
-    @staticmethod
-    def _add(change: IntArray, at: IntArray, first: IntArray, valid: bool, sign: int) -> None:
-        if valid:  # wrong from the first heavy radius on
-            change[at, first] += sign
-        else:  # wrong before it
-            change[:, 0] += sign
-            change[at, first] -= sign
-
-    def finish(self, best: BoolArray) -> None:
-        """Optima and hull over the T_min that attain the fewest in all."""
-        q = len(self.component.parameters)
-        size = len(self.T)
-        self.count = np.zeros(size, dtype=np.int64)
-        self.least, self.most = self.count.copy(), self.count.copy()
-        self.n_least, self.n_most = self.count.copy(), self.count.copy()
-        self.low = np.zeros((size, q), dtype=np.int64)
-        self.high = self.low.copy()
-        for t in np.flatnonzero(best):
-            radii = self.consistent(int(t))
-            total = radii.sum(axis=1)
-            self.count[t] = len(radii)
-            self.least[t], self.most[t] = total.min(), total.max()
-            self.n_least[t] = (total == total.min()).sum()
-            self.n_most[t] = (total == total.max()).sum()
-            self.low[t], self.high[t] = radii.min(axis=0), radii.max(axis=0)
-
-    def consistent(self, t: int) -> IntArray:
-        """(m, q) radii at slice t that contradict fewest."""
-        cell, last = np.nonzero(self.masks[t])
-        radius = last + int(self.T[t]) + self.bounds[0]
-        radii = np.column_stack([self.grid.others[self.inside[t][cell]], radius])
-        return radii[:, np.argsort(self.grid.order)]
-
-    def optima(self, t: int, largest: bool, limit: int) -> IntArray:
-        """(m, q) radii that attain the optimum at slice t, lexicographic, m ≤ limit."""
-        radii = self.consistent(t)
-        goal = self.most[t] if largest else self.least[t]
-        radii = radii[radii.sum(axis=1) == goal]
-        return first_rows(radii, limit)
-
-
-def _by_grid(steps: StepProblem, listed: int) -> InfluenceAnswer:
-    bounds = steps.problem.bounds
-    T = np.arange(bounds.T_min[0], bounds.T_min[1] + 1)
-    parts = [_Cells(steps, block, T) for block in steps.blocks if block.parameters]
-    total = sum((part.fewest for part in parts), np.zeros(len(T), dtype=np.int64))
-    best = total == total.min()
-    for part in parts:
-        part.finish(best)
-    if not parts:
-        return combine_none(steps, T)
-    masked = T[best]
-    assert len(masked)
-    return combine(steps, parts, T, listed)
-
-
-def combine_none(steps: StepProblem, T: IntArray) -> InfluenceAnswer:
-    """No object anywhere: every T_min contradicts the same."""
-    return combine(steps, [], T, len(T))
 
 
 # --- any number of parameters: boxes ----------------------------------------------------------
@@ -309,29 +187,38 @@ class TolerantSearch(Search):
         return self._halves(boxes, impact, on_T)
 
 
-def _by_search(steps: StepProblem, deadline: float, listed: int) -> InfluenceAnswer:
+def _by_search(
+    steps: StepProblem, deadline: float, listed: int, slack: int
+) -> tuple[InfluenceAnswer, InfluenceAnswer]:
+    """All that contradicts fewest, and all that contradicts up to `slack` more."""
     rows = point_rows(steps)
     domain = whole_domain(steps)
     tie_domain(domain, steps.problem.bounds.T_object)
-    allowed = _sampled(rows, domain)
-    while allowed > 0:
+    fewest = _sampled(rows, domain)
+    while fewest > 0:
         search = TolerantSearch(
-            _Allowing(rows, allowed - 1), (domain.T[0], domain.T[1]), domain.low, domain.high
+            _Allowing(rows, fewest - 1), (domain.T[0], domain.T[1]), domain.low, domain.high
         )
         found = search.values(np.array([LEAST_T]), deadline, enough=True)
         if not found.any:
             if not found.proven:
-                return answer(steps, "timeout", hull_exact=False)
+                none = answer(steps, "timeout", hull_exact=False)
+                return none, none
             break
-        allowed -= 1
-    allowing = _Allowing(rows, allowed)
+        fewest -= 1
 
-    def search_of(
-        T: tuple[int, int], low: IntArray, high: IntArray, window: tuple[int, int] = EVERY_L
-    ) -> Search:
-        return TolerantSearch(allowing, T, low, high, window)
+    def envelope(allowed: int) -> InfluenceAnswer:
+        allowing = _Allowing(rows, allowed)
 
-    return search_everything(steps, search_of, domain, listed, deadline)
+        def search_of(
+            T: tuple[int, int], low: IntArray, high: IntArray, window: tuple[int, int] = EVERY_L
+        ) -> Search:
+            return TolerantSearch(allowing, T, low, high, window)
+
+        return search_everything(steps, search_of, domain, listed, deadline)
+
+    best = envelope(fewest)
+    return best, best if slack == 0 else envelope(fewest + slack)
 
 
 def _sampled(rows: StepRows, domain: Domain) -> int:
