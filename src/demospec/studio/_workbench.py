@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 MAX_STROKE_POINTS = 5000
 """Longest stroke that is taken from a browser or a request."""
 
-TYPES = ("careful", "normal", "aggressive")
+TYPES = ("me",)
 """User types offered where the set names none."""
 
 SO_FAR = "understood so far"

@@ -1,0 +1,73 @@
+"""Envelopes of a clearance rule as rings about the objects of a scene."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from demospec.frames import describe_length
+from demospec.rules import ClearanceRule
+from demospec.scene import Footprint, Scene
+
+
+def rings_svg(scene: Scene, rule: ClearanceRule | None) -> str:
+    """SVG: for every object that matters, the least clearance dashed, the greatest solid.
+
+    Between them lies what the demonstrations leave open. An upper end that no demonstration
+    sets is not drawn.
+    """
+    if rule is None or scene.objects is None:
+        return ""
+    parts = []
+    for item in scene.objects:
+        if item.symbol not in rule.value:
+            continue
+        value = rule.value[item.symbol]
+        low, high = rule.interval.get(item.symbol, (value, value))
+        low = max(low, 0.0)
+        inner = outline_at(item.outline, low)
+        words = f"{item.symbol}: keep at least {describe_length(low, None)}"
+        if math.isfinite(high):
+            outer = outline_at(item.outline, high)
+            parts.append(f'<path class="ring-band" d="{outer}{inner}"/>')
+            parts.append(f'<path class="ring upper" d="{outer}"/>')
+            words += f", at most {describe_length(high, None)}"
+        parts.append(f'<path class="ring lower" d="{inner}"><title>{_safe(words)}</title></path>')
+    return f'<g class="rings">{"".join(parts)}</g>' if parts else ""
+
+
+@lru_cache(maxsize=4096)
+def outline_at(shape: Footprint, distance: float) -> str:
+    """SVG path of all points at `distance` ≥ 0 from a footprint, by contouring its distance."""
+    return "".join(
+        "M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in line[:-1]) + "Z"
+        for line in contour_at(shape, distance)
+    )
+
+
+def contour_at(shape: Footprint, distance: float) -> list[Any]:
+    """Closed lines (n, 2), pixels, at a distance from a footprint."""
+    import skimage.measure
+
+    x0, y0, x1, y1 = shape.bounds
+    step = max(x1 - x0 + 2 * distance, y1 - y0 + 2 * distance, 1e-3) / 60
+    pad = distance + 2 * step
+    xs = np.arange(x0 - pad, x1 + pad + step, step)
+    ys = np.arange(y0 - pad, y1 + pad + step, step)
+    grid = np.stack(np.meshgrid(xs, ys), axis=-1)
+    field: Any = shape.signed_distance(grid)
+    find: Any = skimage.measure.find_contours
+    return [
+        np.column_stack([xs[0] + line[:, 1] * step, ys[0] + line[:, 0] * step])
+        for line in find(field, distance)
+        if len(line) > 3
+    ]
+
+
+def _safe(text: str) -> str:
+    from html import escape
+
+    return escape(text)

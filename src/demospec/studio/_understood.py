@@ -1,0 +1,184 @@
+"""What was understood from the demonstrations of one user type, and what to ask next."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from demospec.demonstrations import DemonstrationSet
+from demospec.errors import InputError
+from demospec.rules import ClearanceRule, Query, learn_rules, nearest_approach, query_set
+
+
+@dataclass(frozen=True)
+class Conflict:
+    """One rejected demonstration that no clearance rule can tell from accepted ones.
+
+    Args:
+        demo_id: The rejected one.
+        against: Accepted ones that came at least as near to everything that it passed: as long
+            as they stand, nothing explains the rejection.
+    """
+
+    demo_id: str
+    against: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Understood:
+    """What was understood so far of one user type.
+
+    Args:
+        type: The user type.
+        accepted, rejected, unsaid: Numbers of its demonstrations.
+        rule: What it keeps away from; None while nothing can be said.
+        sentence: The same in plain words, or why nothing can be said.
+        probability: Symbol → probability that it matters.
+        conflicts: Rejections that contradict acceptances.
+        version: Of the workbench when this was computed.
+    """
+
+    type: str
+    accepted: int
+    rejected: int
+    unsaid: int
+    rule: ClearanceRule | None
+    sentence: str
+    probability: Mapping[str, float] = field(default_factory=dict)
+    conflicts: tuple[Conflict, ...] = ()
+    version: int = 0
+
+    def to_json(self) -> dict[str, Any]:
+        """The JSON document of ``/api/understood``. A bound that does not exist is null."""
+        clearance = None
+        if self.rule is not None:
+            clearance = {
+                "relevant": list(self.rule.relevant),
+                "uninformed": list(self.rule.uninformed),
+                "value": dict(self.rule.value),
+                "interval": {
+                    s: [b if math.isfinite(b) else None for b in ends]
+                    for s, ends in self.rule.interval.items()
+                },
+            }
+        return {
+            "type": self.type,
+            "accepted": self.accepted,
+            "rejected": self.rejected,
+            "unsaid": self.unsaid,
+            "sentence": self.sentence,
+            "clearance": clearance,
+            "probability": dict(self.probability),
+            "conflicts": [
+                {"demo_id": c.demo_id, "against": list(c.against)} for c in self.conflicts
+            ],
+        }
+
+
+def understand(data: DemonstrationSet | None, type: str) -> Understood:
+    """Learns the clearance rule of one type; what cannot be learned is said in the sentence.
+
+    Args:
+        data: All demonstrations as they stand, or None while there is none.
+    """
+    mine = None if data is None else of_type(data, type)
+    if mine is None:
+        return Understood(type, 0, 0, 0, None, "nothing shown yet")
+    valid = mine.demonstrations.valid
+    counts = (int((valid == 1).sum()), int((valid == 0).sum()), int((valid < 0).sum()))
+    if not counts[0] + counts[1]:
+        return Understood(type, *counts, None, "nothing accepted or rejected yet")
+    try:
+        rules = learn_rules(mine, split=None, influence=False).of_type(type)
+    except InputError as error:
+        return Understood(type, *counts, None, f"cannot learn: {error}")
+    return Understood(
+        type,
+        *counts,
+        rules.clearance,
+        rules.sentence,
+        rules.evidence.get("probability", {}),
+        conflicts(mine),
+    )
+
+
+def question(data: DemonstrationSet | None, type: str, *, seed: int = 0) -> Query:
+    """The path whose label would tell most about one type, in any of the scenes.
+
+    Raises:
+        InputError: Nothing labelled yet, or no scene lists its objects.
+    """
+    mine = None if data is None else of_type(data, type)
+    if mine is None or not (mine.demonstrations.valid >= 0).any():
+        raise InputError("one accepted or rejected path first", "none", field="type")
+    return query_set(mine, type=type, pool=60, seed=seed)
+
+
+def how_many_more(query: Query) -> str:
+    """How many more answers would help, in words.
+
+    The rules that are still possible, counted where a clearance differs by a quarter of a
+    hundredth of the table, are halved by a question of one bit.
+    """
+    if query.status == "settled" or not query.total or query.bits <= 0:
+        return "Enough: no further path would tell much."
+    more = max(1, math.ceil(math.log2(max(query.total, 1.0)) / max(query.bits, 0.1)))
+    if more == 1:
+        return "About one more answer would settle it."
+    return f"About {more} more answers like the next question would settle it."
+
+
+def of_type(data: DemonstrationSet, type: str) -> DemonstrationSet | None:
+    """The demonstrations of one type, all scenes to learn from; None where there are none."""
+    rows = np.flatnonzero(data.demonstrations.type == type)
+    if not len(rows):
+        return None
+    return replace(
+        data,
+        scenes=tuple(replace(s, split="train") for s in data.scenes),
+        demonstrations=data.demonstrations.rows(rows),
+    )
+
+
+def conflicts(data: DemonstrationSet) -> tuple[Conflict, ...]:
+    """Rejections that no clearance rule explains beside the acceptances, exactly.
+
+    A rule's clearance c_k ≥ 0 can be at most what every accepted path keeps. A rejected path
+    is explained iff it came nearer than that to some k; so it is not iff, for each k that it
+    passed, some accepted path came at least as near (or itself overlapped k).
+    """
+    d = data.demonstrations
+    near = np.full((len(d), len(data.symbols)), np.inf)
+    for scene_id, rows in data.rows_by_scene().items():
+        scene = data.scene(scene_id)
+        if scene.objects is not None:
+            near[rows] = nearest_approach(scene, d.paths_xy(rows), data.symbols)
+        else:
+            near[rows] = np.nan
+    seen = ~np.isnan(near).any(axis=1)
+    good = np.flatnonzero((d.valid == 1) & seen)
+    if not len(good):
+        return ()
+    least = near[good].min(axis=0)
+    who = good[near[good].argmin(axis=0)]
+    found = []
+    for row in np.flatnonzero((d.valid == 0) & seen):
+        explained = (near[row] < least) & (least >= 0)
+        if explained.any():
+            continue
+        # A path that passed nothing is contradicted by no one path, but by having no reason.
+        passed = np.flatnonzero(np.isfinite(near[row]))
+        against = sorted({int(who[k]) for k in passed if near[who[k], k] <= near[row, k]})
+        names = tuple(str(d.demo_id[i]) for i in _fewest(near, row, passed, good, against))
+        found.append(Conflict(str(d.demo_id[row]), names))
+    return tuple(found)
+
+
+def _fewest(near: Any, row: int, passed: Any, good: Any, nearest: list[int]) -> list[int]:
+    """One accepted path that came as near to all of `passed` says more than several."""
+    alone = [int(i) for i in good if (near[i, passed] <= near[row, passed]).all()]
+    return alone[:1] or nearest

@@ -1,0 +1,142 @@
+"""What the studio understands, without a browser."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from demospec.demonstrations import (
+    Demonstration,
+    Demonstrations,
+    DemonstrationSet,
+    bezier_points,
+)
+from demospec.errors import InputError
+from demospec.rules import nearest_approach
+from demospec.scene import Capsule, Disc, Polygon, Scene, SceneObject
+from demospec.studio._rings import contour_at, rings_svg
+from demospec.studio._understood import conflicts, how_many_more, of_type, question, understand
+
+GLASS = SceneObject("glass-0", "glass", (50.0, 50.0), None, Disc((50.0, 50.0), 6.0))
+PLATE = SceneObject("plate-0", "plate", (50.0, 20.0), None, Disc((50.0, 20.0), 5.0))
+SCENE = Scene("a", (5.0, 50.0), (95.0, 50.0), (GLASS, PLATE), None, "test")
+
+
+def set_of(controls: list[tuple[float, float]], valid: list[bool | None]) -> DemonstrationSet:
+    paths = bezier_points(SCENE.start, SCENE.goal, np.array(controls)[:, None, :], 60)
+    demos = [
+        Demonstration(f"d{i}", "a", path, "me", None, v)
+        for i, (path, v) in enumerate(zip(paths, valid, strict=True))
+    ]
+    return DemonstrationSet(
+        (SCENE,), Demonstrations.of(demos), symbols=("glass", "plate"), types=("me",)
+    )
+
+
+def judged(offsets: list[float], clearance: float) -> DemonstrationSet:
+    """Paths below the glass at many distances, judged by the true clearance."""
+    controls = [(50.0, 50.0 + o) for o in offsets]
+    unlabelled = set_of(controls, [None] * len(controls))
+    near = nearest_approach(SCENE, unlabelled.demonstrations.paths_xy(), ("glass",))[:, 0]
+    return set_of(controls, [bool(v >= clearance) for v in near])
+
+
+@settings(deadline=None, max_examples=15)
+@given(st.floats(2, 12), st.integers(0, 1000))
+def test_the_interval_brackets_the_true_clearance(clearance: float, seed: int) -> None:
+    offsets = np.random.default_rng(seed).uniform(10, 70, 8).tolist()
+    data = judged([*offsets, 0.0, 80.0], clearance)
+    found = understand(data, "me")
+    assert found.rule is not None
+    assert found.rule.relevant == ("glass",)
+    low, high = found.rule.interval["glass"]
+    assert low <= clearance <= high
+    assert not found.conflicts
+
+
+def test_nothing_shown_and_nothing_labelled_are_said() -> None:
+    assert understand(None, "me").sentence == "nothing shown yet"
+    one = understand(set_of([(50, 90)], [None]), "me")
+    assert (one.rule, one.unsaid) == (None, 1)
+    assert understand(set_of([(50, 90)], [True]), "somebody else").rule is None
+    with pytest.raises(InputError, match="accepted or rejected path first"):
+        question(None, "me")
+
+
+def test_scenes_of_every_split_are_learned_from() -> None:
+    data = set_of([(50, 90), (50, 50)], [True, False])
+    assert data.scenes[0].split == "test"
+    mine = of_type(data, "me")
+    assert mine is not None
+    assert mine.scenes[0].split == "train"
+    assert understand(data, "me").rule is not None
+
+
+def test_a_contradiction_names_both_sides() -> None:
+    # The rejected path stays further from everything than the accepted one.
+    data = set_of([(50, 60), (50, 120), (50, 140)], [True, False, True])
+    (found,) = conflicts(data)
+    assert found.demo_id == "d1"
+    assert found.against == ("d0",)
+    fixed = replace(data, demonstrations=data.demonstrations.rows([0, 2]))
+    assert conflicts(fixed) == ()
+
+
+@settings(deadline=None, max_examples=30)
+@given(st.lists(st.tuples(st.floats(-60, 160), st.booleans()), min_size=2, max_size=7))
+def test_conflicts_are_exactly_what_no_rule_explains(rows: list[tuple[float, bool]]) -> None:
+    data = set_of([(50.0, y) for y, _ in rows], [v for _, v in rows])
+    near = nearest_approach(SCENE, data.demonstrations.paths_xy(), data.symbols)
+    valid = data.demonstrations.valid == 1
+    # Independent: try every rule whose clearances are those that some path kept (or none).
+    tried = [[-np.inf, *(c for c in np.unique(near[:, k]) if c >= 0)] for k in range(near.shape[1])]
+    ids = set()
+    for row in np.flatnonzero(~valid):
+        explained = any(
+            (near[valid] >= [g, p]).all() and not (near[row] >= [g, p]).all()
+            for g in tried[0]
+            for p in tried[1]
+        )
+        if valid.any() and not explained:
+            ids.add(f"d{row}")
+    assert {c.demo_id for c in conflicts(data)} == ids
+
+
+def test_the_question_is_between_what_is_known() -> None:
+    data = judged([20, 60, 0, 80], 7.0)
+    asked = question(data, "me")
+    assert asked.status == "ask"
+    assert asked.points is not None
+    low, high = understand(data, "me").rule.interval["glass"]  # type: ignore[union-attr]
+    near = nearest_approach(SCENE, [asked.points], ("glass",))[0, 0]
+    assert low - 0.5 <= near <= high + 0.5
+    assert "more answer" in how_many_more(asked)
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [
+        Disc((10.0, 20.0), 4.0),
+        Capsule((0.0, 0.0), (20.0, 5.0), 2.0),
+        Polygon([[0, 0], [20, 0], [20, 4], [4, 4], [4, 20], [0, 20]]),
+    ],
+)
+@pytest.mark.parametrize("distance", [0.0, 1.5, 8.0])
+def test_rings_lie_at_their_distance(shape: Disc | Capsule | Polygon, distance: float) -> None:
+    lines = contour_at(shape, distance)
+    assert lines
+    for line in lines:
+        assert np.abs(shape.signed_distance(line) - distance).max() < 0.35
+        assert np.allclose(line[0], line[-1])
+
+
+def test_rings_show_both_ends_of_the_interval() -> None:
+    found = understand(judged([20, 60, 0, 80], 7.0), "me")
+    svg = rings_svg(SCENE, found.rule)
+    assert svg.count("ring lower") == 1
+    assert svg.count("ring upper") == 1
+    assert rings_svg(SCENE, None) == ""
