@@ -259,6 +259,7 @@ def test_one_scene_gives_effects_without_claims(truth, scenes) -> None:  # type:
 def test_too_few_scenes_to_be_significant_is_said(truth, scenes) -> None:  # type: ignore[no-untyped-def]
     found = find_causes(truth, scenes[:4], settings=QUICK)
     assert not any(c.causal for c in found.effects)
+    assert {c.verdict for c in found.effects} == {"undecided"}
     assert any("nothing can be significant" in note for note in found.notes)
     found = find_causes(truth, scenes[:7], settings=QUICK)
     assert any("cannot be significant after correction" in note for note in found.notes)

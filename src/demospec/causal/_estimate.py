@@ -110,7 +110,7 @@ def _family(table: TrialTable, keys: list[Key], settings: Settings) -> list[Symb
                 causal=causal,
                 changed=share,
                 n_scenes=len(d),
-                verdict=_verdict(causal, interval, settings),
+                verdict=_verdict(causal, interval, len(d), settings),
                 intervention=kind,
                 onto=onto,
             )
@@ -123,11 +123,14 @@ def _claim(effect: float, p: float | None, settings: Settings) -> bool:
     return p is not None and p < settings.significance and abs(effect) >= settings.minimum_effect
 
 
-def _verdict(causal: bool, interval: tuple[float, float] | None, settings: Settings) -> Verdict:
+def _verdict(
+    causal: bool, interval: tuple[float, float] | None, n: int, settings: Settings
+) -> Verdict:
+    """``none`` needs as many scenes as a claim does: two scenes that agree show nothing."""
     if causal:
         return "causal"
     small = interval is not None and max(map(abs, interval)) < settings.minimum_effect
-    return "none" if small else "undecided"
+    return "none" if small and smallest_p(n) < settings.significance else "undecided"
 
 
 def _interval(

@@ -125,7 +125,6 @@ def causes(
         document["agreement"] = agreement(findings, known).to_json()
         if relevant_rules is not None:
             save_json(rules_document(rules_of_causes(known, findings)), relevant_rules)
-            say(f"wrote {relevant_rules}")
     save_json(document, out)
     if table is not None:
         write_trials(trials, table)
