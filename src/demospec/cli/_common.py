@@ -18,6 +18,11 @@ Seed = Annotated[int, typer.Option("--seed", min=0, max=2**31 - 1, help="Random 
 Out = Annotated[Path | None, typer.Option("--out", help="Write the result there.")]
 OutFolder = Annotated[Path, typer.Option("--out", help="Folder to make.")]
 Force = Annotated[bool, typer.Option("--force", help="Replace what is there.")]
+Workers = Annotated[int, typer.Option("--workers", min=1, help="Processes of this machine.")]
+Cluster = Annotated[
+    str | None,
+    typer.Option("--cluster", metavar="ADDRESS", help="A Dask scheduler, such as tcp://HOST:8786."),
+]
 SetFolder = Annotated[Path, typer.Argument(metavar="SET", help="A demonstration set (folder).")]
 ModelPath = Annotated[
     Path, typer.Argument(metavar="MODEL", help="A model folder, or a rule file (JSON).")

@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Annotated, Any, TextIO
 import typer
 
 from demospec.cli._common import (
+    Cluster,
     Json,
     ModelPath,
     Out,
-    SetFolder,
+    Workers,
     print_json,
     print_table,
     progress_bar,
@@ -22,7 +23,9 @@ from demospec.cli._common import (
 )
 
 if TYPE_CHECKING:
-    from demospec.progress import Progress
+    from collections.abc import Iterator
+
+    from demospec.specification import Predictions
 
 LARGE = 100_000
 """Sets of more demonstrations are judged batch by batch."""
@@ -30,7 +33,9 @@ LARGE = 100_000
 
 def predict(
     model: ModelPath,
-    set_folder: SetFolder,
+    set_folder: Annotated[
+        str, typer.Argument(metavar="SET", help="A demonstration set: a folder, or a URL.")
+    ],
     conformal: Annotated[
         float | None,
         typer.Option(
@@ -44,6 +49,8 @@ def predict(
         Path | None,
         typer.Option("--calibrate", help="Labelled set of scenes the model was not fitted to."),
     ] = None,
+    workers: Workers = 1,
+    cluster: Cluster = None,
     json: Json = False,
     out: Out = None,
 ) -> None:
@@ -60,8 +67,13 @@ def predict(
     if (conformal is None) != (calibrate is None):
         missing = "--calibrate" if calibrate is None else "--conformal"
         raise InputError("--conformal and --calibrate together", f"no {missing}", field=missing)
-    if conformal is None and (json or out is not None) and count_rows(set_folder) > LARGE:
-        _in_batches(model, set_folder, json=json, out=out)
+    spread = workers > 1 or cluster is not None or "://" in set_folder
+    if spread and (conformal is not None or not (json or out is not None)):
+        expected = "--json or --out, and no --conformal, with --workers, --cluster or a URL"
+        raise InputError(expected, "another", field="predict")
+    written = conformal is None and (json or out is not None)
+    if written and (spread or count_rows(set_folder) > LARGE):
+        _in_parts(model, set_folder, workers=workers, cluster=cluster, json=json, out=out)
         return
     data = read_set(set_folder)
     fitted = load_model(model)
@@ -103,34 +115,47 @@ def _add_verdicts(
     }
 
 
-def _in_batches(model: Path, set_folder: Path, *, json: bool, out: Path | None) -> None:
+def _in_parts(
+    model: Path,
+    store: str,
+    *,
+    workers: int,
+    cluster: str | None,
+    json: bool,
+    out: Path | None,
+) -> None:
     """The same document for a set that need not fit into memory, written as it comes."""
     from demospec.files import writing_file
-    from demospec.specification import load_model
+    from demospec.specification import predict_parts
 
-    fitted = load_model(model)
     with progress_bar() as progress:
+        # Workers of a cluster may stand in other folders than we do.
+        parts = predict_parts(
+            str(model.resolve()),
+            store if "://" in store else str(Path(store).resolve()),
+            workers=workers,
+            cluster=cluster,
+            progress=progress,
+        )
         if out is None:
-            _stream(sys.stdout, fitted, set_folder, progress)
+            _stream(sys.stdout, parts)
             return
         with writing_file(out) as temporary, open(temporary, "w", encoding="utf-8") as file:
-            _stream(file, fitted, set_folder, progress)
+            _stream(file, parts)
     say(f"wrote {out}")
     if json:
         with open(out, encoding="utf-8") as file:
             shutil.copyfileobj(file, sys.stdout)
 
 
-def _stream(file: TextIO, model: Any, set_folder: Path, progress: Progress) -> None:
+def _stream(file: TextIO, parts: Iterator[Predictions]) -> None:
     from json import dumps
-
-    from demospec.specification import predict_batches
 
     file.write('{"predictions": [')
     between = "\n"
     unjudged: dict[str, str] = {}
     unknown: dict[str, None] = {}
-    for part in predict_batches(model, set_folder, progress=progress):
+    for part in parts:
         for entry in part.to_json()["predictions"]:
             file.write(between + dumps(entry, ensure_ascii=False, allow_nan=False))
             between = ",\n"

@@ -10,6 +10,7 @@ from demospec.demonstrations._bezier import (
     resample,
 )
 from demospec.demonstrations._check import CheckReport, Problem, check_set
+from demospec.demonstrations._partition import cut_rows, read_part
 from demospec.demonstrations._protocol import (
     DifferentiableView,
     Paths,
@@ -52,7 +53,9 @@ __all__ = [
     "densify",
     "edit",
     "fit_bezier",
+    "cut_rows",
     "iterate_batches",
+    "read_part",
     "p_valid_mean",
     "parse",
     "pictures_in_memory",

@@ -13,6 +13,7 @@ from demospec.specification._irl import IrlModel, IrlSettings
 from demospec.specification._models import FittedModel, fit_model, load_model
 from demospec.specification._paper import PaperModel, PaperSettings
 from demospec.specification._predict import Prediction, Predictions, predict, predict_batches
+from demospec.specification._predict_parts import predict_parts
 from demospec.specification._repair import Repairs, RepairSettings, repair
 from demospec.specification._repair_set import Repaired, RepairedSet, repair_set
 from demospec.specification._sample import Samples, sample_valid
@@ -51,6 +52,7 @@ __all__ = [
     "plane_bounds",
     "predict",
     "predict_batches",
+    "predict_parts",
     "predict_verdicts",
     "repair",
     "repair_set",
