@@ -1,0 +1,312 @@
+// Explore: all state of the tab is here; the server only answers questions about it.
+import { drawStage, drawSmall, drawSides } from "./explore-draw.js";
+
+const root = await waitFor("#explore");
+const state = { scene: null, model: null, type: null, control: [0, 0], moved: {}, added: [], removed: [] };
+const view = { open: null, doc: null, steps: null, paths: null, selected: "control", stale: false };
+const still = matchMedia("(prefers-reduced-motion: reduce)");
+
+async function waitFor(selector) {
+  for (;;) {
+    const found = document.querySelector(selector);
+    if (found) return found;
+    await new Promise((done) => setTimeout(done, 30));
+  }
+}
+
+async function ask(what, body) {
+  const answer = await fetch(`/explore/api/${what}`, {
+    method: "POST", headers: { "content-type": "application/json" }, body: JSON.stringify(body) });
+  const found = await answer.json();
+  if (!answer.ok) throw new Error(found.error || answer.statusText);
+  return found;
+}
+
+// One question is under way at a time; while it is, only the latest state waits.
+let busy = false, waiting = false;
+async function refresh() {
+  if (busy) { waiting = true; return; }
+  busy = true;
+  const late = setTimeout(() => { view.stale = true; paint(); }, 150);
+  try {
+    const asked = JSON.stringify(state);
+    const found = await ask("look", state);
+    view.doc = found;
+    say("");
+    root.dataset.answered = asked;
+    root.dataset.milliseconds = found.milliseconds;
+  } catch (error) { say(error.message, true); }
+  clearTimeout(late);
+  view.stale = false;
+  busy = false;
+  if (waiting) { waiting = false; refresh(); }
+  paint();
+}
+
+function changed() { view.steps = view.paths = null; paint(); refresh(); }
+
+function say(words, wrong = false) {
+  const line = root.querySelector(".ex-said");
+  line.textContent = words;
+  line.classList.toggle("wrong", wrong);
+}
+
+async function openScene(scene, keep) {
+  view.open = await ask("open", { scene, type: state.type });
+  state.scene = view.open.scene.id;
+  Object.assign(state, { control: view.open.control, moved: {}, added: [], removed: [] });
+  if (!keep) {
+    state.model = view.open.models[0]?.name ?? null;
+    state.type = view.open.models[0]?.types[0] ?? null;
+  }
+  view.doc = { scene: view.open.scene, verdicts: [], small: [], map: null, why: null, before: null };
+  view.steps = view.paths = null;
+}
+
+const choices = (names, chosen) => names.map((n) => new Option(n, n, n === chosen, n === chosen));
+
+function build() {
+  root.innerHTML = `
+    <section class="ex-stage" aria-label="Scene">
+      <div class="ex-bar">
+        <label>Scene <span class="ex-pick"><button class="plain-button" data-do="previous" aria-label="Previous scene">‹</button>
+          <select class="plain-input" id="ex-scene"></select>
+          <button class="plain-button" data-do="next" aria-label="Next scene">›</button></span></label>
+        <label>Judged by <select class="plain-input" id="ex-model"></select></label>
+      </div>
+      <svg id="ex-svg" class="ex-svg" role="group" aria-label="Scene with the path, its control point and the objects"></svg>
+      <div class="ex-legend" aria-hidden="true">
+        <span><i class="yes"></i>bend the path here: accepted</span><span><i class="no"></i>rejected</span>
+        <span class="ex-doubt" hidden><i class="doubt"></i>10 % and 90 % sure</span><span><i class="place"></i>the place that decides</span>
+      </div>
+      <p class="soft ex-how">Drag the round handle or any object. Keyboard: Tab to a handle, arrow keys move it
+        (Shift: five times as far), Delete takes an object away.</p>
+    </section>
+    <aside class="ex-panel">
+      <div class="card"><h2>Who is asked</h2><div class="ex-sides" role="radiogroup" aria-label="User type"></div></div>
+      <div class="card ex-verdict" aria-live="polite"><p class="ex-word"></p><p class="ex-why soft"></p></div>
+      <div class="ex-do">
+        <button class="plain-button" data-do="repair">Repair <kbd>R</kbd></button>
+        <button class="plain-button" data-do="sample">Solutions <kbd>S</kbd></button>
+        <button class="plain-button" data-do="reset">Start over</button>
+      </div>
+      <p class="ex-said" role="status"></p>
+      <div class="card"><h2>What if one more stood there?</h2>
+        <div class="ex-add"><select class="plain-input" id="ex-symbol" aria-label="What to put down"></select>
+          <button class="plain-button" data-do="put">Put down</button></div>
+        <div class="ex-before"></div></div>
+    </aside>`;
+  root.querySelector("#ex-scene").replaceChildren(...choices(view.open.scenes, state.scene));
+  root.querySelector("#ex-model").replaceChildren(...choices(view.open.models.map((m) => m.name), state.model));
+  root.querySelector("#ex-symbol").replaceChildren(...choices(view.open.symbols, view.open.symbols.at(-1)));
+  root.querySelector("#ex-scene").onchange = (e) => go(e.target.value);
+  root.querySelector("#ex-model").onchange = (e) => {
+    const model = view.open.models.find((m) => m.name === e.target.value);
+    state.model = model.name;
+    if (!model.types.includes(state.type)) state.type = model.types[0];
+    changed();
+  };
+  root.addEventListener("click", (e) => {
+    const button = e.target.closest("[data-do]");
+    if (button) acts[button.dataset.do](button);
+  });
+}
+
+async function go(scene) {
+  try { await openScene(scene, true); } catch (error) { say(error.message, true); return; }
+  root.querySelector("#ex-scene").value = state.scene;
+  view.selected = "control";
+  changed();
+}
+
+const step = (by) => {
+  const names = view.open.scenes, at = names.indexOf(state.scene) + by;
+  return go(names[(at + names.length) % names.length]);
+};
+
+const acts = {
+  previous: () => step(-1),
+  next: () => step(1),
+  reset: () => go(state.scene),
+  type: (button) => { state.type = button.dataset.type; changed(); },
+  async repair() {
+    try {
+      const found = await ask("repair", state);
+      view.paths = null;
+      const gone = finely(found.steps);
+      for (let i = still.matches ? gone.length : 1; i <= gone.length; i++) {
+        view.steps = gone.slice(0, i);
+        state.control = gone[i - 1];
+        paint();
+        if (i < gone.length) await new Promise((done) => setTimeout(done, Math.min(120, 1500 / gone.length)));
+      }
+      state.control = found.control;
+      view.steps = gone;
+      await refresh();
+      const judge = found.true_valid === null ? `The model's own opinion: ${percent(found.p_valid)} valid.`
+        : `The rule that made the labels ${found.true_valid ? "accepts" : "rejects"} it.`;
+      say(!found.holds ? "No repair found: nothing near enough is accepted."
+        : found.moved < 0.05 ? "Nothing to repair: the path is accepted as it is."
+        : `Repaired: the path moves at most ${found.words}. ${judge}`);
+    } catch (error) { say(error.message, true); }
+  },
+  async sample() {
+    try {
+      const found = await ask("sample", state);
+      view.steps = null;
+      view.paths = found.paths;
+      paint();
+      const judged = found.paths.filter((p) => p.true_valid !== null);
+      const kept = judged.filter((p) => p.true_valid).length;
+      say(found.paths.length === 0 ? "The model accepts no path here."
+        : `${found.paths.length} solutions from ${found.modes} separate ${found.modes === 1 ? "region" : "regions"}. `
+        + (judged.length ? `The rule that made the labels accepts ${kept} of them.` : "The model's own opinion."));
+    } catch (error) { say(error.message, true); }
+  },
+  async put() {
+    try {
+      state.added.push(await ask("put", { ...state, symbol: root.querySelector("#ex-symbol").value }));
+      changed();
+    } catch (error) { say(error.message, true); }
+  },
+  takeBack() { state.added = []; changed(); },
+};
+
+// A repair of one or two long steps is shown with the way in between.
+function finely(steps) {
+  const parts = Math.max(1, Math.ceil(9 / Math.max(1, steps.length - 1)));
+  const way = [steps[0]];
+  for (let i = 1; i < steps.length; i++) {
+    for (let k = 1; k <= parts; k++) way.push([0, 1].map((c) => steps[i - 1][c] + (k / parts) * (steps[i][c] - steps[i - 1][c])));
+  }
+  return way;
+}
+
+const percent = (p) => `${(100 * p).toFixed(p > 0.995 || p < 0.005 ? 0 : 1)} %`;
+
+function paint() {
+  if (!view.doc) return;
+  const { doc } = view;
+  drawStage(root.querySelector("#ex-svg"), doc, state, view);
+  drawSides(root.querySelector(".ex-sides"), doc, state);
+  root.querySelector(".ex-doubt").hidden = !doc.map?.sure;
+  const one = doc.verdicts.find((v) => v.type === state.type);
+  const word = root.querySelector(".ex-word");
+  if (one) {
+    word.innerHTML = `<span class="ex-chip ${one.valid ? "yes" : "no"}">${one.valid ? "✓ accepted" : "✕ rejected"}</span>`;
+    word.append(doc.certain ? ` by ${state.type}` : ` by ${state.type}, p(valid) ${percent(one.p_valid)}`);
+    root.querySelector(".ex-why").textContent = doc.why.sentence;
+  }
+  root.dataset.valid = one ? String(one.valid) : "";
+  const box = root.querySelector(".ex-before");
+  if (!doc.before) {
+    box.innerHTML = '<p class="soft">Puts one more object near the path, in the picture and in the list, and compares.</p>';
+    return;
+  }
+  const rows = doc.verdicts.map((v, i) => [v, doc.before.verdicts[i]]);
+  box.innerHTML = `<div class="ex-pair"><figure><svg></svg><figcaption>before</figcaption></figure>
+    <figure><svg></svg><figcaption>after</figcaption></figure></div>
+    <table><thead><tr><th>type</th><th>before</th><th>after</th><th>change</th></tr></thead><tbody></tbody></table>
+    <p class="soft">Share of all paths that are accepted${doc.certain ? "" : " (mean p)"}; ✓ ✕ this path.</p>
+    <button class="plain-button" data-do="takeBack">Take it away again</button>`;
+  const at = doc.small.findIndex((m) => m.type === state.type);
+  const [first, second] = box.querySelectorAll("svg");
+  drawSmall(first, doc.before.scene, doc.before.small[at], state.control, doc.before.verdicts[at].valid);
+  drawSmall(second, doc.scene, doc.small[at], state.control, doc.verdicts[at].valid);
+  for (const [now, then] of rows) {
+    const row = box.querySelector("tbody").insertRow(), by = 100 * (now.mean_p - then.mean_p);
+    const mark = (v) => `${percent(v.mean_p)} ${v.valid ? "✓" : "✕"}`;
+    const change = Math.abs(by) < 0.05 ? "none" : `${by > 0 ? "+" : "−"}${Math.abs(by).toFixed(1)} %`;
+    for (const text of [now.type, mark(then), mark(now), change]) row.insertCell().textContent = text;
+  }
+}
+
+// Moving a handle, by pointer or by keyboard.
+const within = (v, low, high) => Math.min(high, Math.max(low, v));
+
+function moveTo(handle, x, y) {
+  const { bounds, size } = view.doc.scene;
+  const [x0, y0, x1, y1] = handle === "control" || !size ? bounds : [0, 0, ...size];
+  const place = [+within(x, x0, x1).toFixed(2), +within(y, y0, y1).toFixed(2)];
+  if (handle === "control") state.control = place;
+  else {
+    const item = view.doc.scene.objects.find((o) => o.id === handle);
+    if (!item) return;
+    if (item.added !== null) Object.assign(state.added[item.added], { x: place[0], y: place[1] });
+    else state.moved[handle] = place;
+  }
+  view.selected = handle;
+  changed();
+}
+
+export function placeOf(handle) {
+  if (handle === "control") return state.control;
+  const item = view.doc.scene.objects.find((o) => o.id === handle);
+  if (item && item.added !== null && state.added[item.added]) return [state.added[item.added].x, state.added[item.added].y];
+  return state.moved[handle] ?? item?.center ?? [0, 0];
+}
+
+function listen() {
+  const svg = root.querySelector("#ex-svg");
+  const at = (e) => {
+    const p = new DOMPoint(e.clientX, e.clientY).matrixTransform(svg.getScreenCTM().inverse());
+    return [p.x, p.y];
+  };
+  let held = null;
+  svg.addEventListener("pointerdown", (e) => {
+    const handle = e.target.closest("[data-handle]")?.dataset.handle;
+    const path = e.target.closest("[data-control]")?.dataset.control;
+    if (path) { state.control = JSON.parse(path); return changed(); }
+    if (!handle || e.button > 0) return;
+    const [x, y] = at(e), [hx, hy] = placeOf(handle);
+    held = { handle, dx: hx - x, dy: hy - y };
+    svg.setPointerCapture(e.pointerId);
+    view.selected = handle;
+    paint();
+    svg.querySelector(`[data-handle="${CSS.escape(handle)}"]`)?.focus({ preventScroll: true });
+    e.preventDefault();
+  });
+  svg.addEventListener("pointermove", (e) => {
+    if (!held) return;
+    const [x, y] = at(e);
+    moveTo(held.handle, x + held.dx, y + held.dy);
+  });
+  for (const end of ["pointerup", "pointercancel"]) svg.addEventListener(end, () => { held = null; });
+  svg.addEventListener("keydown", (e) => {
+    const handle = e.target.closest("[data-handle]")?.dataset.handle;
+    const by = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[e.key];
+    if (!handle) return;
+    if (by) {
+      const [x0, , x1] = view.doc.scene.bounds, pace = ((x1 - x0) / 140) * (e.shiftKey ? 5 : 1);
+      const [x, y] = placeOf(handle);
+      moveTo(handle, x + by[0] * pace, y + by[1] * pace);
+      e.preventDefault();
+    } else if ((e.key === "Delete" || e.key === "Backspace") && handle !== "control") {
+      const item = view.doc.scene.objects.find((o) => o.id === handle);
+      if (item && item.added !== null) state.added.splice(item.added, 1);
+      else { delete state.moved[handle]; state.removed.push(handle); }
+      view.selected = "control";
+      e.preventDefault();
+      changed();
+    }
+  });
+  document.addEventListener("keydown", (e) => {
+    if (e.ctrlKey || e.metaKey || e.altKey || e.target.closest?.("input, select, textarea")) return;
+    if (e.key === "r" || e.key === "R") acts.repair();
+    if (e.key === "s" || e.key === "S") acts.sample();
+  });
+}
+
+try {
+  await openScene(null, false);
+  build();
+  listen();
+  if (state.model) await refresh();
+  else say("Nothing is understood yet: teach a few paths first, or start with --model.", true);
+  paint();
+  root.dataset.ready = "yes";
+} catch (error) {
+  root.innerHTML = '<p class="ex-said wrong"></p>';
+  root.querySelector("p").textContent = error.message;
+  root.dataset.ready = "failed";
+}
