@@ -206,3 +206,31 @@ def test_any_type_names(data):
 def test_an_unknown_setting_is_refused(data):
     with pytest.raises(InputError, match="fine_tune"):
         fit_model(data.of_split("train"), "field", speed=3)
+
+
+def test_tuning_leaves_the_shipped_body_alone_and_brings_it_nearer_to_the_outlines(data):
+    from demospec.perception import load_body
+    from demospec.specification._field_tune import (
+        TuneSettings,
+        _distance_loss,
+        _training_pictures,
+        tuned_body,
+    )
+
+    torch = pytest.importorskip("torch")
+    scenes = list(data.of_split("train").scenes)[:4]
+    body = load_body()
+    before = {k: v.clone() for k, v in body.state_dict().items()}
+    settings = TuneSettings(steps=8, batch=2, generated=4)
+    tuned = tuned_body(body, scenes, 1.0, seed=0, settings=settings)
+    assert all(torch.equal(v, before[k]) for k, v in body.state_dict().items())
+    pictures, exact = _training_pictures(scenes, 1.0)
+
+    def miss(which) -> float:
+        with torch.no_grad():
+            answers, _, _ = which(torch.from_numpy(np.stack(pictures)))
+        return float(_distance_loss(answers[:, 0], torch.from_numpy(np.stack(exact))))
+
+    assert miss(tuned) < miss(body)
+    again = tuned_body(body, scenes, 1.0, seed=0, settings=settings)
+    assert miss(again) == miss(tuned)
