@@ -60,7 +60,9 @@ def main(arguments: list[str] | None = None) -> None:
     try:
         status = build_app()(args=arguments, standalone_mode=False)
         raise SystemExit(status if isinstance(status, int) else 0)
-    except SystemExit:
+    except SystemExit as ended:
+        if ended.code == 130:  # newer versions of Typer catch Ctrl-C, and say nothing
+            _say("stopped")
         raise
     except KeyboardInterrupt:
         _say("stopped")
