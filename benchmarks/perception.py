@@ -70,7 +70,7 @@ def study(scenes: list[Scene], train: list[Scene], body: Any) -> dict[str, Any]:
     gaps: list[np.ndarray] = []
     bias: dict[str, list[float]] = {}
     total, missed, named = Counter(), Counter(), Counter()  # type: ignore[var-annotated]
-    false, centre, per_scene = 0, [], []
+    false, unnamed, centre, per_scene = 0, 0, [], []
     seconds = 0.0
     for scene in scenes:
         truth = scene.objects or ()
@@ -94,6 +94,7 @@ def study(scenes: list[Scene], train: list[Scene], body: Any) -> dict[str, Any]:
         seen = detect_objects(sight, head=head)
         who = matched(seen, truth)
         false += who.count(-1)
+        unnamed += matched(detect_objects(sight), truth).count(-1)  # type: ignore[arg-type]
         for k, item in enumerate(truth):
             mine = [seen[i] for i, w in enumerate(who) if w == k]
             if not mine:
@@ -115,6 +116,7 @@ def study(scenes: list[Scene], train: list[Scene], body: Any) -> dict[str, Any]:
         "recall": 1 - sum(missed.values()) / max(1, sum(total.values())),
         "miss_rate_by_symbol": {s: missed[s] / total[s] for s in sorted(total)},
         "false_per_scene": false / len(scenes),
+        "false_per_scene_without_a_head": unnamed / len(scenes),
         "centre_error_px": float(np.median(centre)),
         "symbol_accuracy": sum(n for (a, b), n in named.items() if a == b)
         / max(1, sum(n for (_, b), n in named.items() if b != "missed")),
@@ -159,7 +161,7 @@ def main() -> None:
     rows: list[dict[str, Any]] = []
     shown: list[Scene] = []
     errors: list[float] = []
-    print("catalogue    seed  |error|  bias   recall  false/scene  centre  symbols  ms/look")
+    print("catalogue    seed  |error|  bias   recall  false/scene   centre  symbols  ms/look")
     for catalogue in arguments.catalogues.split(","):
         for seed in (int(s) for s in arguments.seeds.split(",")):
             data, _ = simulate_set(
@@ -173,7 +175,8 @@ def main() -> None:
             rows.append({"catalogue": catalogue, "seed": seed, **row})
             print(
                 f"{catalogue:<12} {seed:>4}  {row['mean_abs_error_px']:>6.2f}  "
-                f"{row['bias_px']:>5.2f}  {row['recall']:>6.1%}  {row['false_per_scene']:>11.2f}  "
+                f"{row['bias_px']:>5.2f}  {row['recall']:>6.1%}  {row['false_per_scene']:>5.2f} / "
+                f"{row['false_per_scene_without_a_head']:>4.2f}  "
                 f"{row['centre_error_px']:>6.2f}  {row['symbol_accuracy']:>7.1%}  "
                 f"{row['look_ms']:>7.0f}",
                 flush=True,

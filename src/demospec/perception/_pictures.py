@@ -336,7 +336,8 @@ def make_picture(
 ) -> tuple[NDArray[np.uint8], Planes]:
     """One picture (size, size, 3) uint8 and its answers (7, size, size), see `CHANNELS`.
 
-    Pixel (i, j) is centred at (i + ½, j + ½). Distance is exact to about 0.05 px near rims.
+    Pixel (i, j) is centred at (i + ½, j + ½). Distances miss those of the dense
+    outline by 0.02 px in the median, 0.25 px at the worst hundredth.
     """
     y, x = (np.mgrid[0:size, 0:size] + 0.5).astype(np.float32)
     light = Light.random(rng)

@@ -75,6 +75,8 @@ class PretrainSettings:
             raise InputError("at least 0.1", self.reuse, field="reuse")
         if not 0.0 <= self.clear_share < 1.0:
             raise InputError("a share in [0, 1)", self.clear_share, field="clear_share")
+        if not 0.0 <= self.average < 1.0:
+            raise InputError("a decay in [0, 1)", self.average, field="average")
         if not 0.0 < self.lr < 1.0:
             raise InputError("a learning rate in (0, 1)", self.lr, field="lr")
 

@@ -128,7 +128,7 @@ def _measured(
         thickness_px=thickness * unit,
         elongation=elongation,
         clear=clear,
-        confidence=float(1 - np.exp(-depth * np.sqrt(total) / 6.0)),
+        confidence=min(0.999, float(1 - np.exp(-depth * np.sqrt(total) / 6.0))),
         kind=KINDS[int(kinds.argmax())],
         kinds=kinds,
         looks=looks.astype(np.float32),

@@ -1,0 +1,137 @@
+"""What the shipped body sees: guard tests on pictures with known answers."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+
+import numpy as np
+import PIL.Image
+import pytest
+
+from demospec.errors import CannotJudgeError, InputError
+from demospec.perception import canonical_grid, detect_objects, load_body, look, recipe_of
+from demospec.perception._sight import turned_array, turned_back
+from demospec.scene import Scene
+
+DISCS = ((30.0, 34.0, 11.0), (71.0, 66.0, 8.0))
+
+
+def plate_on_table(
+    discs: tuple[tuple[float, float, float], ...],
+    size: tuple[int, int] = (100, 100),
+    unit: float = 1.0,
+    seed: int = 0,
+) -> np.ndarray:
+    """Bright discs with a soft rim on a brown, slightly noisy table; `unit` pixels per length."""
+    rng = np.random.default_rng(seed)
+    x, y = np.meshgrid(np.arange(size[0]) + 0.5, np.arange(size[1]) + 0.5)
+    picture = np.array([120.0, 84.0, 56.0]) * np.ones((size[1], size[0], 1))
+    picture += rng.normal(0, 3, (size[1], size[0], 1))
+    for cx, cy, r in discs:
+        level = np.hypot(x - cx * unit, y - cy * unit) - r * unit
+        cover = np.clip(0.5 - level, 0, 1)[..., None]
+        shade = 1 - 0.12 * np.exp(-((level / unit + 3) ** 2))[..., None]
+        picture = picture * (1 - cover) + np.array([226.0, 224, 218]) * shade * cover
+    return np.clip(picture, 0, 255).astype(np.uint8)
+
+
+def exact(discs: tuple[tuple[float, float, float], ...]) -> np.ndarray:
+    x, y = np.meshgrid(np.arange(100) + 0.5, np.arange(100) + 0.5)
+    return np.min([np.hypot(x - cx, y - cy) - r for cx, cy, r in discs], axis=0)
+
+
+def test_two_discs_are_two_slots_with_right_centres() -> None:
+    slots = look(plate_on_table(DISCS)).slots
+    assert len(slots) == 2
+    for slot, (cx, cy, r) in zip(slots, DISCS, strict=True):
+        assert np.hypot(slot.center[0] - cx, slot.center[1] - cy) < 0.5
+        assert abs(np.sqrt(slot.area_px2 / np.pi) - r) < 0.5
+        assert 0 < slot.confidence < 1
+        assert slot.elongation < 1.1
+        assert not slot.touches_edge
+
+
+def test_distance_near_a_disc_has_no_half_pixel_bias() -> None:
+    """A grid shifted by half a pixel would show as ±0.5 px between opposite sides."""
+    truth = exact(DISCS)
+    gap = look(plate_on_table(DISCS)).distance - truth
+    near = np.abs(truth) < 4
+    assert np.abs(gap[near]).mean() < 0.4
+    x, y = np.meshgrid(np.arange(100) + 0.5, np.arange(100) + 0.5)
+    for axis in (x - 30.0, y - 34.0):
+        one, other = near & (axis > 6) & (x < 50), near & (axis < -6) & (x < 50)
+        assert abs(gap[one].mean() - gap[other].mean()) < 0.3
+
+
+@pytest.mark.parametrize("turn", [1, 2, 4, 7])
+def test_a_turned_picture_gives_the_turned_distance(turn: int) -> None:
+    picture = plate_on_table(DISCS)
+    turned = turned_array(picture.transpose(2, 0, 1), turn).transpose(1, 2, 0)
+    here = look(picture).distance
+    there = turned_back(look(np.ascontiguousarray(turned)).distance, turn)
+    near = np.abs(exact(DISCS)) < 6
+    assert np.abs(here - there)[near].mean() < 0.25
+
+
+@pytest.mark.parametrize("turn", range(8))
+def test_turning_back_undoes_turning(turn: int) -> None:
+    values = np.arange(12.0).reshape(3, 4)
+    assert (turned_back(turned_array(values, turn), turn) == values).all()
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_an_empty_table_has_no_slots(seed: int) -> None:
+    assert look(plate_on_table((), seed=seed)).slots == ()
+    assert detect_objects(plate_on_table((), seed=seed)) == []
+
+
+@pytest.mark.parametrize("size", [(60, 60), (100, 100), (400, 300), (57, 133)])
+def test_any_picture_size(size: tuple[int, int]) -> None:
+    unit = max(size) / 100.0
+    discs = ((24.0, 28.0, 9.0),)
+    sight = look(plate_on_table(discs, size, unit))
+    assert sight.distance.shape == canonical_grid(size)[::-1]
+    (slot,) = sight.slots
+    assert np.hypot(slot.center[0] - 24 * unit, slot.center[1] - 28 * unit) < 0.8 * unit
+    assert abs(float(sight.distance_at((24 * unit, 28 * unit))) + 9 * unit) < 2.5 * unit
+    assert abs(float(sight.distance_at((24 * unit, 40 * unit))) - 3 * unit) < 0.8 * unit
+
+
+@pytest.mark.parametrize("quality", [35, 60])
+def test_jpeg_noise_changes_distance_little(quality: int) -> None:
+    picture, buffer = plate_on_table(DISCS), io.BytesIO()
+    PIL.Image.fromarray(picture).save(buffer, "JPEG", quality=quality)
+    packed = np.asarray(PIL.Image.open(buffer).convert("RGB"))
+    near = np.abs(exact(DISCS)) < 6
+    assert np.abs(look(packed).distance - look(picture).distance)[near].mean() < 0.35
+
+
+def test_the_shipped_body_holds_its_recipe() -> None:
+    recipe = recipe_of()
+    assert recipe["settings"]["steps"] == recipe["steps_done"]
+    assert recipe["command"]
+
+
+def test_broken_weights_are_refused_in_one_line(tmp_path: Path) -> None:
+    from safetensors.numpy import save_file
+
+    from demospec.perception import SHIPPED
+
+    whole = SHIPPED.read_bytes()
+    cases = {"empty": b"", "text": b"no weights", "cut": whole[: len(whole) // 2]}
+    for name, content in cases.items():
+        (tmp_path / name).write_bytes(content)
+    save_file({"a": np.zeros(3, np.float32)}, tmp_path / "foreign")
+    save_file(
+        {"a": np.zeros(3, np.float32)}, tmp_path / "other", metadata={"recipe": '{"settings":{}}'}
+    )
+    for name in (*cases, "foreign", "other", "absent"):
+        with pytest.raises(InputError) as refused:
+            load_body(tmp_path / name)
+        assert name in str(refused.value)
+
+
+def test_a_scene_without_a_picture_cannot_be_seen() -> None:
+    with pytest.raises(CannotJudgeError):
+        detect_objects(Scene("s", (0.0, 0.0), (9.0, 9.0)))
