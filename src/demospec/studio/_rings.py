@@ -28,10 +28,11 @@ def rings_svg(scene: Scene, rule: ClearanceRule | None) -> str:
         value = rule.value[item.symbol]
         low, high = rule.interval.get(item.symbol, (value, value))
         low = max(low, 0.0)
-        inner = outline_at(item.outline, low)
+        shape: Any = item.outline
+        inner = outline_at(shape, low)
         words = f"{item.symbol}: keep at least {describe_length(low, None)}"
         if math.isfinite(high):
-            outer = outline_at(item.outline, high)
+            outer = outline_at(shape, high)
             parts.append(f'<path class="ring-band" d="{outer}{inner}"/>')
             parts.append(f'<path class="ring upper" d="{outer}"/>')
             words += f", at most {describe_length(high, None)}"
@@ -40,7 +41,7 @@ def rings_svg(scene: Scene, rule: ClearanceRule | None) -> str:
 
 
 @lru_cache(maxsize=4096)
-def outline_at(shape: Footprint, distance: float) -> str:
+def outline_at(shape: Any, distance: float) -> str:
     """SVG path of all points at `distance` ≥ 0 from a footprint, by contouring its distance."""
     return "".join(
         "M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in line[:-1]) + "Z"

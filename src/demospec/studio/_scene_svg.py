@@ -29,10 +29,15 @@ def view_box(scene: Scene) -> tuple[float, float, float, float]:
     )
 
 
-def scene_svg(scene: Scene, demonstrations: Iterable[Demonstration] = ()) -> str:
+def scene_svg(
+    scene: Scene, demonstrations: Iterable[Demonstration] = (), *, picture_url: str | None = None
+) -> str:
     """SVG text: picture, outlined objects with their names, paths with class by verdict.
 
-    Everything that came from a file is escaped; the picture is inside as PNG data.
+    Everything that came from a file is escaped.
+
+    Args:
+        picture_url: Where the browser finds the picture; by default it is inside, as PNG data.
     """
     x, y, width, height = view_box(scene)
     line = max(width, height) / 200
@@ -43,22 +48,15 @@ def scene_svg(scene: Scene, demonstrations: Iterable[Demonstration] = ()) -> str
     ]
     if scene.picture is not None:
         parts.append(
-            f'<image href="{_data_url(scene)}" x="0" y="0" width="{width:g}" height="{height:g}" '
-            'preserveAspectRatio="none"/>'
+            f'<image href="{picture_url or _data_url(scene)}" x="0" y="0" '
+            f'width="{width:g}" height="{height:g}" preserveAspectRatio="none"/>'
         )
     for item in scene.objects or ():
         parts.append(
             f'<g class="object">{_outline(item.outline)}<title>{escape(item.symbol)} '
             f"({escape(item.id)})</title></g>"
         )
-    for demo in demonstrations:
-        verdict = {True: "accepted", False: "rejected", None: "unsaid"}[demo.valid]
-        points = " ".join(f"{px:.2f},{py:.2f}" for px, py in demo.xy)
-        who = demo.demonstrator or demo.type or "somebody"
-        parts.append(
-            f'<polyline class="path {verdict}" points="{points}"><title>'
-            f"{escape(demo.demo_id)}: {escape(who)}, {verdict}</title></polyline>"
-        )
+    parts.append(paths_svg(demonstrations))
     r = 4 * line
     sx, sy, gx, gy = *scene.start[:2], *scene.goal[:2]
     parts.append(
@@ -66,6 +64,33 @@ def scene_svg(scene: Scene, demonstrations: Iterable[Demonstration] = ()) -> str
     )
     parts.append(f'<path class="end" d="{_star(gx, gy, 1.6 * r)}"><title>goal</title></path>')
     parts.append("</svg>")
+    return "".join(parts)
+
+
+def marks_svg(scene: Scene, inner: str) -> str:
+    """An SVG of the same view as `scene_svg`, to lie over it."""
+    x, y, width, height = view_box(scene)
+    line = max(width, height) / 200
+    return (
+        f'<svg class="scene over" viewBox="{x:g} {y:g} {width:g} {height:g}" aria-hidden="true" '
+        f'style="--line-px:{line:g}px" xmlns="http://www.w3.org/2000/svg">{inner}</svg>'
+    )
+
+
+def paths_svg(demonstrations: Iterable[Demonstration], chosen: str | None = None) -> str:
+    """Paths, each a light line under one in the colour and dash of its verdict."""
+    parts = []
+    for demo in demonstrations:
+        verdict = {True: "accepted", False: "rejected", None: "unsaid"}[demo.valid]
+        points = " ".join(f"{px:.2f},{py:.2f}" for px, py in demo.xy)
+        who = demo.demonstrator or demo.type or "somebody"
+        mark = " chosen" if demo.demo_id == chosen else ""
+        name = escape(demo.demo_id)
+        parts.append(
+            f'<polyline class="halo" points="{points}"/>'
+            f'<polyline class="path {verdict}{mark}" points="{points}" data-id="{name}"><title>'
+            f"{name}: {escape(who)}, {verdict}</title></polyline>"
+        )
     return "".join(parts)
 
 

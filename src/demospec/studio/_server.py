@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
-from demospec.errors import InputError, MissingExtraError
+from demospec.errors import DemospecError, InputError, MissingExtraError
 from demospec.studio._workbench import Workbench
 
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
@@ -45,13 +46,44 @@ def serve(
 
     from demospec.studio import _api, _explore, _results, _teach
     from demospec.studio._frame import ADDRESS, STATIC
+    from demospec.studio._guard import Guard
 
     workbench = Workbench(set_folder, model, run, out=out, scenes_only=scenes_only)
     app.add_static_files(ADDRESS, STATIC)
     app.get("/", include_in_schema=False)(lambda: RedirectResponse("/teach"))
+    app.add_middleware(Guard, token=token)
     for page in (_teach, _explore, _results, _api):
         page.register(workbench)
+    keep_written(workbench)
     ui.run(
         host=host, port=port, title="demospec studio", reload=False, show=show,
         show_welcome_message=False,
     )  # fmt: skip
+
+
+def keep_written(workbench: Workbench) -> None:
+    """Writes the set from the journal soon after the last change, and at the end."""
+    from nicegui import app, run
+
+    written = {"version": -1, "seen": -1}
+
+    def write() -> None:
+        version = workbench.version
+        if workbench.demonstrations and version != written["version"]:
+            try:
+                workbench.write()
+            except DemospecError as error:  # the journal has everything; say so and go on
+                sys.stderr.write(f"{error}\n")
+            written["version"] = version
+
+    async def when_quiet() -> None:
+        quiet, written["seen"] = written["seen"] == workbench.version, workbench.version
+        if quiet:
+            await run.io_bound(write)
+
+    def finish() -> None:
+        write()
+        workbench.close()
+
+    app.timer(2.0, when_quiet)
+    app.on_shutdown(finish)

@@ -1,17 +1,62 @@
-"""The page Teach."""
+"""The page Teach: draw a path, accept or reject it, see what was understood."""
 
 from __future__ import annotations
 
+import time
+from typing import Any
+
+from demospec.errors import DemospecError
+from demospec.studio._teach_state import TeachState
+from demospec.studio._teach_view import TeachView
 from demospec.studio._workbench import Workbench
 
 
 def register(workbench: Workbench) -> None:
-    """Registers the page at ``/teach``."""
-    from nicegui import ui
+    """Registers the page at ``/teach``. State is per browser tab."""
+    from nicegui import run, ui
 
     from demospec.studio._frame import page_frame
 
     @ui.page("/teach", title="Teach · demospec")
     def page() -> None:
-        with page_frame("Teach", "teach"):
-            ui.label(f"{len(workbench.scenes)} scenes")
+        state = TeachState(workbench)
+        with page_frame("Teach", "teach", script="teach.js"):
+            view = TeachView(state)
+        busy = {"on": False}
+
+        async def refresh() -> None:
+            """Shows what is known at once; what must be computed follows from a thread."""
+            view.show()
+            if busy["on"]:
+                return  # the loop below sees that the version moved on
+            busy["on"] = True
+            try:
+                while state.computed != state.wanted():
+                    began = time.perf_counter()
+                    await run.io_bound(state.understand)
+                    view.show_understood(time.perf_counter() - began)
+                    await run.io_bound(state.ask)
+                    view.show_advice()
+            finally:
+                busy["on"] = False
+
+        async def act(what: str, value: Any = None) -> None:
+            """Does one thing that the person asked for; says in one line why it cannot."""
+            try:
+                state.do(what, value)
+            except DemospecError as error:
+                view.tell(str(error))
+            await refresh()
+            view.remember()
+
+        async def look_for_others() -> None:
+            if workbench.version != state.shown_version:  # another tab, program or process
+                await refresh()
+
+        view.on_act = act
+        view.build()
+        for name in ("stroke", "key", "pick", "scene", "hello"):
+            event = f"teach_{name}"
+            ui.on(event, lambda e, name=name: act(name, e.args))
+        ui.timer(1.0, look_for_others)
+        ui.timer(0.01, refresh, once=True)

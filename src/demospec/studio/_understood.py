@@ -173,7 +173,7 @@ def conflicts(data: DemonstrationSet) -> tuple[Conflict, ...]:
         # A path that passed nothing is contradicted by no one path, but by having no reason.
         passed = np.flatnonzero(np.isfinite(near[row]))
         against = sorted({int(who[k]) for k in passed if near[who[k], k] <= near[row, k]})
-        names = tuple(str(d.demo_id[i]) for i in _fewest(near, row, passed, good, against))
+        names = tuple(str(d.demo_id[i]) for i in _fewest(near, int(row), passed, good, against))
         found.append(Conflict(str(d.demo_id[row]), names))
     return tuple(found)
 

@@ -1,0 +1,212 @@
+"""What one browser tab on the Teach page is doing. No page, so that it is tested without one."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from demospec.demonstrations import Demonstration
+from demospec.errors import InputError
+from demospec.rules import Query
+from demospec.scene import Scene
+from demospec.studio._understood import (
+    Conflict,
+    how_many_more,
+    question,
+    understand,
+)
+from demospec.studio._workbench import Workbench
+
+NEXT_AFTER = {"after 1 verdict": 1, "after 3 verdicts": 3, "after 5 verdicts": 5, "when I say": 0}
+
+
+class TeachState:
+    """One tab: its scene, the chosen path, the person, the question, what was understood.
+
+    Args:
+        workbench: What all tabs share.
+    """
+
+    def __init__(self, workbench: Workbench) -> None:
+        self.bench = workbench
+        self.actor = "tab"
+        self.scene_id = workbench.scenes[0].scene_id
+        self.chosen: str | None = None
+        self.type = workbench.types[0] if workbench.types else "me"
+        self.demonstrator = ""
+        self.next_after = 3
+        self.verdicts_here = 0
+        self.asked: Query | None = None
+        """The question that is shown, or None."""
+        self.next_question: Query | None = None
+        self.understood = understand(None, self.type)
+        self.advice = ""
+        self.computed: tuple[int, str] | None = None
+        self.shown_version = -1
+        self.kept: set[Conflict] = set()
+        """Conflicts that the person wants to keep."""
+
+    @property
+    def scene(self) -> Scene:
+        return self.bench.scene(self.scene_id)
+
+    @property
+    def here(self) -> list[Demonstration]:
+        """The demonstrations of this type in this scene."""
+        return [d for d in self.bench.standing.in_scene(self.scene_id) if d.type == self.type]
+
+    @property
+    def conflicts(self) -> list[Conflict]:
+        """Those that the person did not decide to keep."""
+        return [c for c in self.understood.conflicts if c not in self.kept]
+
+    def wanted(self) -> tuple[int, str]:
+        """What `computed` must be for the understanding to be of now."""
+        return (self.bench.version, self.type)
+
+    def understand(self) -> None:
+        """Learns from what stands (for a worker thread)."""
+        wanted = self.wanted()
+        self.understood = understand(self.bench.data(), wanted[1])
+        self.computed = wanted
+
+    def ask(self) -> None:
+        """Computes the next question (for a worker thread)."""
+        wanted = self.wanted()
+        try:
+            found = question(self.bench.data(), wanted[1], seed=wanted[0])
+        except InputError:
+            self.next_question, self.advice = None, ""
+            return
+        self.next_question, self.advice = found, how_many_more(found)
+
+    def do(self, what: str, value: Any = None) -> None:
+        """One thing that the person asked for.
+
+        Raises:
+            InputError: It cannot be done; nothing was changed.
+        """
+        if what == "key" and value in _KEYS:
+            what, value = str(value), None
+        action = getattr(self, f"_do_{what}", None)
+        if action is None:
+            raise InputError("an action of the page", what, field="action")
+        action(value)
+
+    def _do_hello(self, value: Any) -> None:
+        """What the browser's tab remembered, after a reload."""
+        if not isinstance(value, dict):
+            return
+        tab = value.get("tab")
+        if isinstance(tab, str) and 0 < len(tab) <= 40:
+            self.actor = tab
+        if value.get("scene") in self.bench.standing.scenes:
+            self.scene_id = str(value["scene"])
+        for name in ("type", "demonstrator"):
+            if isinstance(value.get(name), str) and value[name].isprintable():
+                setattr(self, name, value[name][:60] or getattr(self, name))
+
+    def _do_stroke(self, value: Any) -> None:
+        if not isinstance(value, dict):
+            raise InputError("a stroke", value, field="stroke")
+        demo = self.bench.draw(
+            str(value.get("scene")), value.get("points"), actor=self.actor, type=self.type,
+            demonstrator=self.demonstrator or None, t=value.get("t"),
+        )  # fmt: skip
+        self.scene_id, self.chosen, self.asked = demo.scene_id, demo.demo_id, None
+
+    def _verdict(self, valid: bool) -> None:
+        if self.asked is not None and self.asked.points is not None:
+            demo = self.bench.draw(
+                str(self.asked.scene), self.asked.points, actor=self.actor, type=self.type,
+                demonstrator=self.demonstrator or None, valid=valid,
+            )  # fmt: skip
+            self.chosen, self.asked = demo.demo_id, None
+            return
+        if self.chosen is None:
+            raise InputError("a path to judge: draw one, or click one", "none", field="path")
+        first = self.bench.standing.demonstrations[self.chosen].valid is None
+        self.bench.label(self.chosen, valid, actor=self.actor)
+        self.verdicts_here += first
+        if first and self.next_after and self.verdicts_here >= self.next_after:
+            self._do_next(None)
+
+    def _do_accept(self, _: Any) -> None:
+        self._verdict(True)
+
+    def _do_reject(self, _: Any) -> None:
+        self._verdict(False)
+
+    def _do_undo(self, _: Any) -> None:
+        if self.bench.undo(self.actor) is None:
+            raise InputError("something of yours to undo", "nothing", field="undo")
+        self._look_again()
+
+    def _do_redo(self, _: Any) -> None:
+        if self.bench.redo(self.actor) is None:
+            raise InputError("something of yours to redo", "nothing", field="redo")
+        self._look_again()
+
+    def _do_delete(self, _: Any) -> None:
+        if self.chosen is None:
+            raise InputError("a path to delete: click one", "none", field="path")
+        self.bench.delete(self.chosen, actor=self.actor)
+        self._look_again()
+
+    def _do_next(self, _: Any) -> None:
+        self._step(1)
+
+    def _do_previous(self, _: Any) -> None:
+        self._step(-1)
+
+    def _step(self, by: int) -> None:
+        names = [s.scene_id for s in self.bench.scenes]
+        self._do_scene(names[(names.index(self.scene_id) + by) % len(names)])
+
+    def _do_scene(self, value: Any) -> None:
+        self.scene_id = self.bench.scene(str(value)).scene_id
+        self.chosen, self.asked, self.verdicts_here = None, None, 0
+
+    def _do_pick(self, value: Any) -> None:
+        demo = self.bench.standing.demonstrations.get(str(value))
+        if demo is not None:
+            self.scene_id, self.chosen, self.asked = demo.scene_id, demo.demo_id, None
+
+    def _do_ask(self, _: Any) -> None:
+        if self.computed != self.wanted() or self.next_question is None:
+            self.ask()
+        found = self.next_question
+        if found is None:
+            raise InputError("one accepted or rejected path first", "none", field="question")
+        if found.status != "ask":
+            raise InputError("something to ask", "settled: every path's verdict is clear")
+        self.asked, self.chosen, self.scene_id = found, None, str(found.scene)
+
+    def _do_stop_asking(self, _: Any) -> None:
+        self.asked = None
+
+    def _do_type(self, value: Any) -> None:
+        word = str(value or "").strip()
+        if not word or len(word) > 60 or not word.isprintable():
+            raise InputError("a name of 1 to 60 characters", word, field="type")
+        self.type, self.chosen, self.asked = word, None, None
+
+    def _do_demonstrator(self, value: Any) -> None:
+        self.demonstrator = str(value or "").strip()[:60]
+
+    def _do_next_after(self, value: Any) -> None:
+        self.next_after = NEXT_AFTER.get(str(value), 3)
+
+    def _do_keep(self, value: Conflict) -> None:
+        self.kept.add(value)
+
+    def _do_change(self, value: tuple[str, bool]) -> None:
+        self.bench.label(value[0], value[1], actor=self.actor)
+        self._do_pick(value[0])
+
+    def _look_again(self) -> None:
+        if self.chosen not in self.bench.standing.demonstrations:
+            rest = self.here
+            self.chosen = rest[-1].demo_id if rest else None
+
+
+_KEYS = ("accept", "reject", "undo", "redo", "delete", "next", "ask")

@@ -1,0 +1,278 @@
+"""The elements of the Teach page, and how they show a tab's state."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Coroutine
+from html import escape
+from typing import Any
+from urllib.parse import quote
+
+from demospec.studio._rings import rings_svg
+from demospec.studio._scene_svg import marks_svg, paths_svg, scene_svg, view_box
+from demospec.studio._teach_state import NEXT_AFTER, TeachState
+from demospec.studio._teach_words import conflict_words, rows_html, short_name, understood_html
+
+MOST_ROWS = 60
+"""Paths listed for one scene; more are counted."""
+
+Act = Callable[..., Coroutine[Any, Any, None]]
+
+
+class TeachView:
+    """Builds the elements once; the ``show`` functions fill them.
+
+    Args:
+        state: The tab's.
+    """
+
+    def __init__(self, state: TeachState) -> None:
+        self.state = state
+        self.on_act: Act
+        self._shown_scene: tuple[str, int] | None = None
+
+    def build(self) -> None:
+        """Builds the page inside the current element."""
+        from nicegui import ui
+
+        with ui.element("div").classes("teach"):
+            with ui.element("section").classes("teach-stage").props('aria-label="Scene"'):
+                self._build_scene_bar()
+                # The script finds the scene's geometry in `data-scene`.
+                self.stage = ui.element("div").props("id=stage").classes("stage")
+                with self.stage:
+                    self.picture = ui.html("", sanitize=False)
+                    self.marks = ui.html("", sanitize=False).classes("marks")
+                    self.pen = ui.html("", sanitize=False).classes("marks")
+                ui.html("", sanitize=False).props('id=hint role="status"').classes("hint soft")
+                self._build_actions()
+            with ui.element("aside").classes("teach-side").props('aria-label="Understanding"'):
+                self._build_understood()
+                self._build_people()
+                self._build_paths()
+
+    def _button(self, words: str, what: str, *, key: str = "", look: str = "") -> Any:
+        from nicegui import ui
+
+        hint = f"<kbd>{key}</kbd>" if key else ""
+        button = ui.html(words + hint, sanitize=False, tag="button").props("type=button")
+        return button.classes(f"plain-button {look}").on(
+            "click", lambda: self.on_act(what), args=[]
+        )
+
+    def _build_scene_bar(self) -> None:
+        from nicegui import ui
+
+        with ui.element("div").classes("scene-bar"):
+            self.heading = ui.html("", sanitize=False, tag="h2")
+            self._button("←<span class='out-of-sight'>Previous scene</span>", "previous")
+            self._button("Next scene", "next", key="N")
+            ui.html(
+                "<label class='plain-button' tabindex='-1'>Add a picture…<input id='picture-file' "
+                "class='out-of-sight' type='file' "
+                "accept='image/png,image/jpeg,image/webp'></label>",
+                sanitize=False,
+            )
+
+    def _build_actions(self) -> None:
+        from nicegui import ui
+
+        with ui.element("div").classes("actions").props('role="toolbar" aria-label="Actions"'):
+            self.accept = self._button("Accept", "accept", key="A", look="accept")
+            self.reject = self._button("Reject", "reject", key="R", look="reject")
+            self.undo = self._button("Undo", "undo", key="U")
+            self.redo = self._button("Redo", "redo", key="⇧U")
+            self.delete = self._button("Delete", "delete", key="Del")
+            ui.html("Replay<kbd>Space</kbd>", sanitize=False, tag="button").props(
+                "id=replay type=button"
+            ).classes("plain-button")
+            ui.html(
+                "<label class='speed'><span class='soft'>Speed</span> <select id='speed' "
+                "class='plain-input'><option value='0.5'>½</option>"
+                "<option value='1' selected>1</option><option value='2'>2</option>"
+                "<option value='4'>4</option>"
+                "</select></label>",
+                sanitize=False,
+            )
+
+    def _build_understood(self) -> None:
+        from nicegui import ui
+
+        with ui.element("section").classes("card understood"):
+            ui.html("Understood so far", sanitize=False, tag="h2")
+            self.words = ui.html("", sanitize=False)
+            self.conflicts = ui.element("div").classes("conflicts")
+            with ui.element("div").classes("ask"):
+                self.ask = self._button("Ask me", "ask", key="Q", look="ask-button")
+                self.advice = ui.html("", sanitize=False).classes("soft")
+
+    def _build_people(self) -> None:
+        from nicegui import ui
+
+        def field(label: str, id: str, what: str, value: str, extra: str = "") -> Any:
+            ui.html(f"<label for='{id}'>{label}</label>", sanitize=False)
+            return (
+                ui.element("input")
+                .props(f'id={id} autocomplete=off maxlength=60 {extra}')
+                .props(f"value={json.dumps(value)}")
+                .classes("plain-input")
+                .on("change", lambda e: self.on_act(what, e.args),
+                    js_handler="(e) => emit(e.target.value)")
+            )  # fmt: skip
+
+        with ui.element("section").classes("card people"):
+            ui.html("Who is teaching", sanitize=False, tag="h2")
+            with ui.element("div").classes("fields"):
+                self.type = field("Type", "type-field", "type", self.state.type, "list=type-list")
+                self.demonstrator = field("Name", "name-field", "demonstrator", "")
+                ui.html("<label for='next-field'>Next scene</label>", sanitize=False)
+                with ui.element("select").props("id=next-field").classes("plain-input").on(
+                    "change", lambda e: self.on_act("next_after", e.args),
+                    js_handler="(e) => emit(e.target.value)",
+                ):  # fmt: skip
+                    for words, number in NEXT_AFTER.items():
+                        mark = " selected" if number == self.state.next_after else ""
+                        ui.html(escape(words), sanitize=False, tag="option").props(
+                            f'value="{words}"{mark}'
+                        )
+            self.types = ui.html("", sanitize=False)
+
+    def _build_paths(self) -> None:
+        from nicegui import ui
+
+        with ui.element("section").classes("card paths"):
+            self.paths_heading = ui.html("", sanitize=False, tag="h2")
+            self.list = ui.element("div").classes("path-list")
+            ui.html(
+                "Every stroke is saved at once. The set is written to "
+                f"<code>{escape(str(self.state.bench.out))}</code>. "
+                "<a href='/api/export/rules' download='rules.json'>Rules</a> · "
+                "<a href='/api/export/set.zip'>Set</a>",
+                sanitize=False, tag="p",
+            ).classes("soft saved")  # fmt: skip
+
+    def show(self) -> None:
+        """Everything that needs no computing."""
+        state, bench = self.state, self.state.bench
+        state.shown_version = bench.version
+        scene = state.scene
+        standing = bench.standing
+        place = list(standing.scenes).index(scene.scene_id)
+        if self._shown_scene != (scene.scene_id, len(standing.scenes)):
+            self._shown_scene = (scene.scene_id, len(standing.scenes))
+            url = (
+                None
+                if scene.picture is None
+                else f"/api/scenes/{quote(scene.scene_id, safe='')}/picture.png"
+            )
+            self.picture.set_content(scene_svg(scene, picture_url=url))
+            x, y, width, height = view_box(scene)
+            self.pen.set_content(
+                f'<svg id="pen" class="scene over" viewBox="{x:g} {y:g} {width:g} {height:g}" '
+                f'style="--line-px:{max(width, height) / 200:g}px" tabindex="0" role="application" '
+                'aria-label="Draw a path from the circle to the star. With the keyboard: '
+                'arrow keys bend a path, Enter draws it."></svg>'
+            )
+            self.stage.style(f"--wide:{width:g};--high:{height:g}")
+            self.stage._props["data-scene"] = json.dumps(
+                {
+                    "id": scene.scene_id,
+                    "start": scene.start[:2],
+                    "goal": scene.goal[:2],
+                    "width": width,
+                }
+            )
+            self.stage.update()
+        total = len(standing.scenes)
+        self.heading.set_content(
+            f"Scene {escape(scene.scene_id)} <span class='soft'>{place + 1} of {total}</span>"
+        )
+        self._show_marks()
+        self._show_list()
+        can_undo, can_redo = bench.journal.can(state.actor)
+        judged = state.chosen is not None or state.asked is not None
+        for button, on in (
+            (self.accept, judged), (self.reject, judged), (self.delete, state.chosen is not None),
+            (self.undo, can_undo), (self.redo, can_redo),
+        ):  # fmt: skip
+            button.props(remove="disabled") if on else button.props("disabled")
+        options = "".join(f"<option value='{escape(t)}'></option>" for t in bench.types)
+        self.types.set_content(f"<datalist id='type-list'>{options}</datalist>")
+
+    def _show_marks(self) -> None:
+        state = self.state
+        parts = [rings_svg(state.scene, state.understood.rule), paths_svg(state.here, state.chosen)]
+        if state.asked is not None and state.asked.points is not None:
+            points = " ".join(f"{p[0]:.1f},{p[1]:.1f}" for p in state.asked.points)
+            parts.append(f'<polyline class="halo" points="{points}"/>')
+            parts.append(f'<polyline class="question-path" points="{points}"/>')
+        self.marks.set_content(marks_svg(state.scene, "".join(parts)))
+
+    def _show_list(self) -> None:
+        from nicegui import ui
+
+        rows = rows_html(self.state.here, self.state.chosen)
+        self.paths_heading.set_content(
+            f"Paths of {escape(self.state.type)} in this scene "
+            f"<span class='soft'>{len(rows)}</span>"
+        )
+        self.list.clear()
+        with self.list:
+            for name, html, chosen in rows[-MOST_ROWS:]:
+                ui.html(html, sanitize=False, tag="button").props(
+                    f"type=button aria-pressed={'true' if chosen else 'false'}"
+                ).on("click", lambda name=name: self.on_act("pick", name), args=[])
+
+    def show_understood(self, seconds: float) -> None:
+        """Rule, rings, conflicts."""
+        from nicegui import ui
+
+        state, bench = self.state, self.state.bench
+        self.words.set_content(
+            understood_html(state.understood, bench.metres_per_unit, bench.units)
+        )
+        self.words.props(f"data-ms={1000 * seconds:.0f} data-version={bench.version}")
+        self._show_marks()
+        self.conflicts.clear()
+        with self.conflicts:
+            for conflict in state.conflicts[:3]:
+                with ui.element("div").classes("conflict").props("role=group"):
+                    ui.html(conflict_words(conflict), sanitize=False, tag="p")
+                    self._choice("Keep", "keep", conflict)
+                    name = conflict.demo_id
+                    self._choice(f"Accept {short_name(name)}", "change", (name, True))
+                    for other in conflict.against:
+                        self._choice(f"Reject {short_name(other)}", "change", (other, False))
+            if len(state.conflicts) > 3:
+                ui.html(f"and {len(state.conflicts) - 3} more", sanitize=False, tag="p")
+
+    def _choice(self, words: str, what: str, value: Any) -> None:
+        from nicegui import ui
+
+        ui.html(escape(words), sanitize=False, tag="button").props("type=button").classes(
+            "plain-button small"
+        ).on("click", lambda: self.on_act(what, value), args=[])
+
+    def show_advice(self) -> None:
+        """How many more would help."""
+        state = self.state
+        words = "Would <b>" + escape(state.type) + "</b> accept the green path?"
+        self.advice.set_content(words if state.asked is not None else escape(state.advice))
+
+    def tell(self, words: str) -> None:
+        """One line under the scene."""
+        from nicegui import ui
+
+        ui.run_javascript(f"window.teachTell?.({json.dumps(words)})")
+
+    def remember(self) -> None:
+        """Lets the tab remember where it was, for a reload; shows the fields as they are."""
+        from nicegui import ui
+
+        state = self.state
+        kept = {"scene": state.scene_id, "type": state.type, "demonstrator": state.demonstrator}
+        ui.run_javascript(
+            f"window.teachRemember?.({json.dumps(kept)});"
+            f"document.getElementById('type-field').value={json.dumps(state.type)};"
+            f"document.getElementById('name-field').value={json.dumps(state.demonstrator)};"
+        )

@@ -1,0 +1,96 @@
+"""The Teach page's texts: HTML made of results. Whatever came from a person is escaped."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable
+from html import escape
+
+from demospec.demonstrations import Demonstration
+from demospec.frames import describe_length
+from demospec.studio._understood import Conflict, Understood
+
+VERDICTS = {True: "accepted", False: "rejected", None: "unsaid"}
+
+
+def short_name(demo_id: str) -> str:
+    """``#7`` for the seventh path drawn here, else the name itself."""
+    found = re.fullmatch(r"drawn-0*(\d+)", demo_id)
+    return f"#{found[1]}" if found else demo_id
+
+
+def understood_html(found: Understood, scale: float | None, units: str) -> str:
+    """Counts, the sentence, and a bar for the interval of every symbol that matters."""
+    who = escape(found.type)
+    counts = (
+        "<ul class='counts'>"
+        f"<li><span class='key accepted'></span>{found.accepted} accepted</li>"
+        f"<li><span class='key rejected'></span>{found.rejected} rejected</li>"
+        + (
+            f"<li><span class='key unsaid'></span>{found.unsaid} unsaid</li>"
+            if found.unsaid
+            else ""
+        )
+        + "</ul>"
+    )
+    if found.rule is None and not found.accepted + found.rejected:
+        return (
+            f"{counts}<p class='sentence soft'>Draw a path that <b>{who}</b> would accept, and one "
+            "that comes too near. Two are enough to begin.</p>"
+        )
+    html = f"{counts}<p class='sentence'><b>{who}</b>: {escape(found.sentence)}.</p>"
+    if found.rule is None or not found.rule.value:
+        return html
+    finite = [b for ends in found.rule.interval.values() for b in ends if math.isfinite(b)]
+    top = 1.15 * max([*finite, *found.rule.value.values(), 1e-9])
+    rows = []
+    for symbol, value in found.rule.value.items():
+        low, high = found.rule.interval.get(symbol, (value, value))
+        low = max(low, 0.0)
+        ends = describe_length(low, scale, units)
+        if math.isfinite(high):
+            ends = f"{low:.1f} to {describe_length(high, scale, units)}"
+        else:
+            ends = f"{ends} or more"
+        a, b = 100 * low / top, 100 * min(high, top) / top
+        sure = found.probability.get(symbol)
+        words = "" if sure is None else f"matters with probability {sure:.2f}"
+        rows.append(
+            f"<div class='bar-row' title='{escape(words)}'><span class='bar-name'>{escape(symbol)}"
+            f"</span><span class='bar'><span class='{'open' if not math.isfinite(high) else ''}' "
+            f"style='left:{a:.1f}%;width:{max(b - a, 1.0):.1f}%'></span></span>"
+            f"<span class='bar-ends'>{ends}</span></div>"
+        )
+    return f"{html}<div class='bars'>{''.join(rows)}</div>"
+
+
+def rows_html(demos: Iterable[Demonstration], chosen: str | None) -> list[tuple[str, str, bool]]:
+    """(demo id, HTML, whether chosen) of the list of paths."""
+    out = []
+    for d in demos:
+        verdict = VERDICTS[d.valid]
+        who = f" · {escape(d.demonstrator)}" if d.demonstrator else ""
+        out.append(
+            (
+                d.demo_id,
+                f"<span class='key {verdict}'></span>{escape(short_name(d.demo_id))} "
+                f"{verdict}{who}",
+                d.demo_id == chosen,
+            )
+        )
+    return out
+
+
+def conflict_words(conflict: Conflict) -> str:
+    """``#7 (rejected) contradicts #4 and #9 (accepted)``, in words, as HTML."""
+    name = escape(short_name(conflict.demo_id))
+    if not conflict.against:
+        return f"<b>{name}</b> is rejected, but passes nothing: distance cannot be the reason."
+    others = [f"<b>{escape(short_name(o))}</b>" for o in conflict.against]
+    listed = others[0] if len(others) == 1 else f"{', '.join(others[:-1])} and {others[-1]}"
+    verb = "comes" if len(others) == 1 else "come"
+    return (
+        f"<b>{name}</b> is rejected, yet {listed}, accepted, {verb} at least as near. "
+        "Keep both, or change one?"
+    )

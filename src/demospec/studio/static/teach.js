@@ -1,0 +1,162 @@
+// Drawing on the Teach page: a stroke is collected here and sent once, on release.
+const NS = "http://www.w3.org/2000/svg";
+const REACH = 0.1; // of the picture's width: how near a stroke must begin and end
+const $ = (id) => document.getElementById(id);
+const tab = sessionStorage.demospecTab || (sessionStorage.demospecTab = "tab-" + Math.random().toString(36).slice(2, 12));
+let stroke = null, control = null, said = "";
+
+const pen = () => $("pen");
+const info = () => JSON.parse($("stage").dataset.scene || "null");
+const send = (name, value) => emitEvent(name, value);
+const near = (p, q) => Math.hypot(p[0] - q[0], p[1] - q[1]) <= REACH * info().width;
+
+function tell(words) { if (words !== said) { said = words; const line = $("hint"); if (line) line.textContent = words; } }
+function place(e) {
+  const p = new DOMPoint(e.clientX, e.clientY).matrixTransform(pen().getScreenCTM().inverse());
+  return [Math.round(p.x * 100) / 100, Math.round(p.y * 100) / 100];
+}
+function show(points, name) {
+  let line = pen().querySelector("." + name);
+  if (!line) { line = pen().appendChild(document.createElementNS(NS, "polyline")); line.setAttribute("class", name); }
+  line.setAttribute("points", points.map((p) => p.join(",")).join(" "));
+}
+function clear(name) { pen()?.querySelectorAll("." + name).forEach((e) => e.remove()); }
+
+function begin(e) {
+  if (e.button > 0 || !e.isPrimary) return;
+  const scene = info();
+  if (!scene) return;
+  pen().setPointerCapture(e.pointerId);
+  const p = place(e);
+  stroke = { points: [near(p, scene.start) ? scene.start : p], t: [0], from: e.timeStamp, began: near(p, scene.start) };
+  cancelCurve();
+  e.preventDefault(); pen().focus({ preventScroll: true });
+}
+function move(e) {
+  if (!stroke) return hover(e);
+  for (const one of e.getCoalescedEvents?.().length ? e.getCoalescedEvents() : [e]) {
+    const p = place(one), last = stroke.points[stroke.points.length - 1];
+    if (Math.hypot(p[0] - last[0], p[1] - last[1]) < info().width / 300) continue;
+    if (stroke.points.length < 4900) { stroke.points.push(p); stroke.t.push(Math.max(0, one.timeStamp - stroke.from) / 1000); }
+  }
+  if (stroke.began) show(stroke.points, "drawing");
+}
+function end(e) {
+  if (!stroke) return;
+  const done = stroke, scene = info(); stroke = null;
+  clear("drawing");
+  const last = done.points[done.points.length - 1];
+  if (done.points.length < 3) { const id = pathAt(e); if (id) send("teach_pick", id); return; }
+  if (!done.began) return tell("Begin at the circle: that is where the motion starts.");
+  if (!near(last, scene.goal)) return tell("End at the star: that is where the motion must arrive.");
+  done.points.push(scene.goal); done.t.push(done.t[done.t.length - 1]);
+  send("teach_stroke", { scene: scene.id, points: done.points, t: done.t.map((s) => Math.round(s * 1000) / 1000) });
+}
+function under(e, what) { return document.elementsFromPoint(e.clientX, e.clientY).map((x) => x.closest(what)).find(Boolean); }
+function pathAt(e) { return under(e, ".path")?.dataset.id; }
+function hover(e) {
+  document.querySelectorAll("#stage .hovered").forEach((x) => x.classList.remove("hovered"));
+  const found = under(e, "#stage .path[data-id]") || under(e, "#stage .object");
+  if (!found) return tell("");
+  found.classList.add("hovered");
+  tell(found.querySelector("title")?.textContent || "");
+}
+
+// By keyboard: the arrow keys move the control point of a curve, Enter draws it.
+function curve() {
+  const s = info(), c = control, out = [];
+  for (let i = 0; i <= 48; i++) {
+    const u = i / 48, a = (1 - u) * (1 - u), b = 2 * u * (1 - u), d = u * u;
+    out.push([0, 1].map((k) => Math.round((a * s.start[k] + b * c[k] + d * s.goal[k]) * 100) / 100));
+  }
+  return out;
+}
+function cancelCurve() { control = null; clear("curve"); clear("handle"); }
+function bend(dx, dy) {
+  const s = info();
+  control ||= [(s.start[0] + s.goal[0]) / 2, (s.start[1] + s.goal[1]) / 2];
+  control = [control[0] + dx, control[1] + dy];
+  show(curve(), "curve");
+  tell("Arrow keys bend the path, Enter draws it, Escape drops it.");
+}
+const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
+
+function key(e) {
+  const target = e.target, type = target.tagName;
+  if (/^(INPUT|SELECT|TEXTAREA)$/.test(type)) return;
+  if (target === pen() && ARROWS[e.key]) {
+    const step = info().width * (e.shiftKey ? 0.08 : 0.02);
+    bend(ARROWS[e.key][0] * step, ARROWS[e.key][1] * step);
+    return e.preventDefault();
+  }
+  if (control && e.key === "Enter" && target === pen()) {
+    const points = curve(); cancelCurve();
+    send("teach_stroke", { scene: info().id, points, t: null });
+    return e.preventDefault();
+  }
+  if (e.key === "Escape") { cancelCurve(); stroke = null; clear("drawing"); return; }
+  const letter = e.key.toLowerCase(), held = e.ctrlKey || e.metaKey;
+  let what = null;
+  if (held && letter === "z") what = e.shiftKey ? "redo" : "undo";
+  else if (held && letter === "y") what = "redo";
+  else if (held || e.altKey) return;
+  else if (letter === "a") what = "accept";
+  else if (letter === "r") what = "reject";
+  else if (letter === "u") what = e.shiftKey ? "redo" : "undo";
+  else if (letter === "n") what = "next";
+  else if (letter === "q") what = "ask";
+  else if (e.key === "Delete") what = "delete";
+  else if (e.key === " " && !/^(BUTTON|A|SUMMARY)$/.test(type)) { replay(); return e.preventDefault(); }
+  if (what) { send("teach_key", what); e.preventDefault(); }
+}
+
+// Replay: a dot runs along the chosen path, in two seconds at speed 1.
+let running = 0;
+function replay() {
+  const line = document.querySelector("#stage .path.chosen") || document.querySelector("#stage .question-path");
+  if (!line) return tell("Choose a path first: click it.");
+  const points = line.getAttribute("points").trim().split(/\s+/).map((p) => p.split(",").map(Number));
+  const length = [0];
+  for (let i = 1; i < points.length; i++) length.push(length[i - 1] + Math.hypot(points[i][0] - points[i - 1][0], points[i][1] - points[i - 1][1]));
+  const speed = Number($("speed")?.value || 1), total = length[length.length - 1], lasts = 2000 / speed, mine = ++running;
+  clear("runner");
+  const dot = pen().appendChild(document.createElementNS(NS, "circle"));
+  dot.setAttribute("class", "runner"); dot.setAttribute("r", info().width / 60);
+  const began = performance.now();
+  const step = (now) => {
+    if (mine !== running) return;
+    const at = Math.min(1, (now - began) / lasts) * total;
+    let i = 1; while (i < length.length - 1 && length[i] < at) i++;
+    const u = length[i] > length[i - 1] ? (at - length[i - 1]) / (length[i] - length[i - 1]) : 1;
+    dot.setAttribute("cx", points[i - 1][0] + u * (points[i][0] - points[i - 1][0]));
+    dot.setAttribute("cy", points[i - 1][1] + u * (points[i][1] - points[i - 1][1]));
+    if (at < total) requestAnimationFrame(step); else setTimeout(() => mine === running && clear("runner"), 400);
+  };
+  requestAnimationFrame(step);
+}
+
+async function addPicture(file) {
+  if (!file) return;
+  const name = encodeURIComponent(file.name.replace(/\.[^.]*$/, "").slice(0, 40));
+  const answer = await fetch("/api/scenes?name=" + name, { method: "POST", body: file, headers: { "Content-Type": "application/octet-stream" } });
+  const document_ = await answer.json();
+  if (answer.ok) send("teach_scene", document_.scene_id); else tell("That picture cannot be used: " + document_.detail);
+}
+
+function start() {
+  if (!pen() || !window.did_handshake) return setTimeout(start, 50);
+  const p = pen();
+  p.addEventListener("pointerdown", begin); p.addEventListener("pointermove", move);
+  p.addEventListener("pointerup", end); p.addEventListener("pointercancel", () => { stroke = null; clear("drawing"); });
+  p.addEventListener("blur", cancelCurve);
+  document.addEventListener("keydown", key);
+  $("replay").addEventListener("click", replay);
+  $("picture-file").addEventListener("change", (e) => { addPicture(e.target.files[0]); e.target.value = ""; });
+  let kept = {};
+  try { kept = JSON.parse(sessionStorage.demospecTeach || "{}"); } catch { kept = {}; }
+  send("teach_hello", { tab, ...kept });
+  window.teachRemember = (state) => { sessionStorage.demospecTeach = JSON.stringify(state); };
+  window.teachTell = tell;
+  document.body.dataset.ready = "yes";
+}
+start();
