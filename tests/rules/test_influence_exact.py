@@ -62,8 +62,9 @@ def test_encodings_agree_with_brute_force(reading, penalty):
 
 
 @pytest.mark.slow
-def test_encodings_agree_with_brute_force_on_hundreds():
-    for seed in range(2000, 2300):
+@pytest.mark.parametrize("part", range(16))
+def test_encodings_agree_with_brute_force_on_two_thousand(part):
+    for seed in range(1000 + 125 * part, 1125 + 125 * part):
         problem = random_problem(seed)
         expected = answer_of(problem)
         assert_same(solve(problem, "direct", listed=10**6), expected, f"direct, seed {seed}")

@@ -66,8 +66,10 @@ def whole_domain(steps: StepProblem) -> Domain:
 def contact_domain(steps: StepProblem) -> Domain:
     """The box that the bounds and the contacts of valid rows allow; may be empty."""
     domain = whole_domain(steps)
-    good = [int(c) for block in steps.blocks for c in block.closest[block.valid]]
-    domain.T[1] = min([domain.T[1], *(c - 1 for c in good)])
+    for block in steps.blocks:
+        nearest = block.closest[block.valid]
+        if len(nearest):
+            domain.T[1] = min(domain.T[1], int(nearest.min()) - 1)
     tie(domain, steps.problem.bounds.T_object)
     return domain
 
@@ -77,11 +79,14 @@ def tie(domain: Domain, bounds: tuple[int, int]) -> None:
     c, d = bounds
     if len(domain.low) == 0:
         return
+    # Few numbers: lists are several times faster than arrays.
+    low, high, (first, last) = domain.low.tolist(), domain.high.tolist(), domain.T
     for _ in range(2):
-        np.maximum(domain.low, domain.T[0] + c, out=domain.low)
-        np.minimum(domain.high, domain.T[1] + d, out=domain.high)
-        domain.T[0] = max(domain.T[0], int(domain.low.max()) - d)
-        domain.T[1] = min(domain.T[1], int(domain.high.min()) - c)
+        low = [max(r, first + c) for r in low]
+        high = [min(r, last + d) for r in high]
+        first, last = max(first, max(low) - d), min(last, min(high) - c)
+    domain.low[:], domain.high[:] = low, high
+    domain.T[:] = first, last
 
 
 def tighten(steps: StepProblem, domain: Domain, limit: int) -> list[Component] | None:
@@ -114,35 +119,36 @@ def _tighten_block(block: Block, rows: IntArray, domain: Domain, limit: int) -> 
     """One round over the rows of one block; the rows that still matter, None if infeasible."""
     at = list(block.parameters)
     low, high = domain.low[at], domain.high[at]
-    span = range(len(at))
-    least = np.stack([block.table[rows, k, low[k]] for k in span], axis=1) if at else None
-    most = np.stack([block.table[rows, k, high[k]] for k in span], axis=1) if at else None
-    floor = least.sum(axis=1) if least is not None else np.zeros(len(rows), dtype=np.int64)
-    ceiling = most.sum(axis=1) if most is not None else np.zeros(len(rows), dtype=np.int64)
+    span = np.arange(len(at))
+    least = block.table[rows[:, None], span, low]
+    most = block.table[rows[:, None], span, high]
+    floor, ceiling = least.sum(axis=1), most.sum(axis=1)
     valid, closest = block.valid[rows], block.closest[rows]
     if (valid & (floor >= limit)).any():
         return None
-    lacking = ~valid & (ceiling < limit)
+    bad = ~valid
+    lacking = bad & (ceiling < limit)
     if lacking.any():  # only contact can make these invalid
         domain.T[0] = max(domain.T[0], int(closest[lacking].max()))
         if domain.T[0] > domain.T[1]:
             return None
     upper = valid & (ceiling >= limit)
-    lower = ~valid & (floor < limit) & (closest > domain.T[0])
+    lower = bad & (floor < limit) & (closest > domain.T[0])
     must = lower & (closest > domain.T[1])
-    for k in span:
-        if low[k] == high[k] or least is None or most is None:
+    tops, bottoms = np.flatnonzero(upper), np.flatnonzero(must)
+    for k, (first, last) in enumerate(zip(low.tolist(), high.tolist(), strict=True)):
+        if first == last:
             continue
-        window = slice(int(low[k]), int(high[k]) + 1)
-        if upper.any():
-            room = limit - 1 - floor[upper] + least[upper, k]
-            fits = (block.table[rows[upper], k, window] <= room[:, None]).sum(axis=1)
-            domain.high[at[k]] = min(domain.high[at[k]], low[k] + int(fits.min()) - 1)
-        if must.any():
-            need = limit - ceiling[must] + most[must, k]
-            short = (block.table[rows[must], k, window] < need[:, None]).sum(axis=1)
-            domain.low[at[k]] = max(domain.low[at[k]], low[k] + int(short.max()))
-    return rows[upper | lower]
+        if len(tops):
+            room = (limit - 1) - floor[tops] + least[tops, k]
+            fits = block.table[rows[tops], k, first : last + 1] <= room[:, None]
+            domain.high[at[k]] = min(domain.high[at[k]], first + int(fits.sum(axis=1).min()) - 1)
+        if len(bottoms):
+            need = limit - ceiling[bottoms] + most[bottoms, k]
+            short = block.table[rows[bottoms], k, first : last + 1] < need[:, None]
+            domain.low[at[k]] = max(domain.low[at[k]], first + int(short.sum(axis=1).max()))
+    left: IntArray = rows[upper | lower]
+    return left
 
 
 def _components(block: Block, rows: IntArray, domain: Domain) -> list[Component]:
@@ -151,25 +157,20 @@ def _components(block: Block, rows: IntArray, domain: Domain) -> list[Component]
     if len(at) == 0:
         return []
     low, high = domain.low[at], domain.high[at]
+    if not len(rows):
+        return [_alone(block, int(k), domain) for k in at]
     width = int((high - low).max()) + 1
     index = np.minimum(low[:, None] + np.arange(width), high[:, None])
     table = block.table[rows[:, None, None], np.arange(len(at))[None, :, None], index[None]]
     uses = table[:, :, -1] > table[:, :, 0]
-    label = np.arange(len(at))
-    changed = True
-    while changed:
-        before = label.copy()
-        for row in np.unique(uses, axis=0):
-            if row.any():
-                label[row] = label[row].min()
-        changed = bool((label != before).any())
     parts = []
-    for root in np.unique(label):
-        members = np.flatnonzero(label == root)
-        chosen = uses[:, members].any(axis=1)
-        constant = table[chosen][:, :, 0].sum(axis=1) - table[chosen][:, members, 0].sum(axis=1)
-        own = table[chosen][:, members].copy()
-        own[:, 0] += constant[:, None]  # what the other parameters add is the same everywhere
+    for members in _together(uses):
+        chosen = np.flatnonzero(uses[:, members].any(axis=1))
+        own = table[chosen][:, members]
+        if len(members) < len(at):
+            # What the other parameters add is the same everywhere.
+            constant = table[chosen, :, 0].sum(axis=1) - own[:, :, 0].sum(axis=1)
+            own[:, 0] += constant[:, None]
         parts.append(
             Component(
                 at[members],
@@ -182,3 +183,23 @@ def _components(block: Block, rows: IntArray, domain: Domain) -> list[Component]
             )
         )
     return parts
+
+
+def _alone(block: Block, k: int, domain: Domain) -> Component:
+    """A parameter of which no row is left."""
+    return Component(
+        np.array([k]), domain.low[[k]], domain.high[[k]],
+        block.rows[:0], block.valid[:0], block.closest[:0], block.table[:0, :1, :1],
+    )  # fmt: skip
+
+
+def _together(uses: BoolArray) -> list[list[int]]:
+    """Parameters (n, K) that some row depends on together, directly or through others."""
+    groups = [{k} for k in range(uses.shape[1])]
+    packed = np.packbits(uses, axis=1)
+    for row in {bytes(code): i for i, code in enumerate(packed)}.values():
+        at = set(np.flatnonzero(uses[row]).tolist())
+        touched = [group for group in groups if group & at]
+        if len(touched) > 1:
+            groups = [g for g in groups if not g & at] + [set().union(*touched)]
+    return sorted(sorted(group) for group in groups)

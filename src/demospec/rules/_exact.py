@@ -82,8 +82,8 @@ def sweepable(components: Sequence[Component], domain: Domain) -> bool:
 
 
 def _cells(part: Component, domain: Domain) -> int:
-    width = np.sort(part.high - part.low + 1)[:-1]
-    cells = prod(int(w) for w in width)
+    width: list[int] = sorted((part.high - part.low + 1).tolist())
+    cells = prod(width[:-1])
     return cells * (len(part.rows) + domain.T[1] - domain.T[0] + 1)
 
 
@@ -105,35 +105,43 @@ def combine(
     alive = np.ones(len(T), dtype=bool)
     for part in parts:
         alive &= part.count > 0
-    if not alive.any():
-        return answer(steps, "infeasible", n_feasible=0)
     at = np.flatnonzero(alive)
-    zero = np.zeros(len(T), dtype=np.int64)
-    offset = T * (1 - count)
-    least = offset + sum((part.least for part in parts), zero)
-    most = offset + sum((part.most for part in parts), zero)
-    L_min, L_max = int(least[at].min()), int(most[at].max())
-    t_min = [int(t) for t in at if least[t] == L_min]
-    t_max = [int(t) for t in at if most[t] == L_max][::-1]
+    if not len(at):
+        return answer(steps, "infeasible", n_feasible=0)
+    least = most = T * (1 - count)
     radius: list[tuple[int, int]] = [(0, 0)] * count
     for part in parts:
-        for j, k in enumerate(part.component.parameters):
-            radius[k] = (int(part.low[at, j].min()), int(part.high[at, j].max()))
-    optima_min = _listed(parts, T, t_min, False, listed, count)
-    optima_max = _listed(parts, T, t_max, True, listed, count)
+        least, most = least + part.least, most + part.most
+        low, high = part.low[at].min(axis=0).tolist(), part.high[at].max(axis=0).tolist()
+        for j, k in enumerate(part.component.parameters.tolist()):
+            radius[k] = (low[j], high[j])
+    least, most = least[at], most[at]
+    L_min, L_max = least.min(), most.max()
+    at_min, at_max = at[least == L_min], at[most == L_max]
+    optima_min = _listed(parts, T, at_min.tolist(), False, listed, count)
+    optima_max = _listed(parts, T, at_max.tolist()[::-1], True, listed, count)
     return answer(
         steps,
         "optimal",
         min=optima_min[0],
         max=optima_max[0],
-        n_feasible=sum(prod(int(part.count[t]) for part in parts) for t in at),
+        n_feasible=_ways([part.count[at] for part in parts], len(at)),
         hull_T_min=(int(T[at[0]]), int(T[at[-1]])),
         hull_radius=tuple(radius),
         optima_min=optima_min,
         optima_max=optima_max,
-        n_optima_min=sum(prod(int(part.n_least[t]) for part in parts) for t in t_min),
-        n_optima_max=sum(prod(int(part.n_most[t]) for part in parts) for t in t_max),
+        n_optima_min=_ways([part.n_least[at_min] for part in parts], len(at_min)),
+        n_optima_max=_ways([part.n_most[at_max] for part in parts], len(at_max)),
     )
+
+
+def _ways(counts: Sequence[IntArray], slices: int) -> int:
+    """Σ over slices of the product over components, in numbers of any size."""
+    if not counts:
+        return slices
+    if len(counts) == 1:
+        return int(counts[0].sum())
+    return sum(map(prod, zip(*(column.tolist() for column in counts), strict=True)))
 
 
 def _listed(
@@ -146,20 +154,20 @@ def _listed(
 ) -> tuple[Parameters, ...]:
     """Optima in the order of the canonical choice, up to a limit (at least one)."""
     rows: list[Parameters] = []
+    order = [k for part in parts for k in part.component.parameters.tolist()]
+    place = sorted(range(count), key=order.__getitem__)
     for t in at:
         room = max(limit, 1) - len(rows)
         if room <= 0:
             break
-        found = [part.optima(t, largest, room) for part in parts]
-        here = []
-        for choice in itertools.islice(itertools.product(*(range(len(f)) for f in found)), room):
-            radii = [0] * count
-            for part, options, pick in zip(parts, found, choice, strict=True):
-                for j, k in enumerate(part.component.parameters):
-                    radii[k] = int(options[pick, j])
-            low = int(T[t])
-            here.append((low, *(r - low for r in radii)))
-        rows.extend(sorted(here))
+        low = int(T[t])
+        found = [(part.optima(t, largest, room) - low).tolist() for part in parts]
+        here: list[Parameters] = []
+        for choice in itertools.islice(itertools.product(*found), room):
+            own = list(itertools.chain.from_iterable(choice))
+            here.append((low, *(own[j] for j in place)))
+        here.sort()
+        rows.extend(here)
     return tuple(rows)
 
 

@@ -8,9 +8,11 @@ fractions. Points on a grid of 1, 0.1, 0.01 or 0.001 never need that.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
+from functools import cached_property, lru_cache
 from math import isqrt
 from typing import Any
 
@@ -25,6 +27,13 @@ IntArray = NDArray[np.int64]
 
 _QUANTA = (1, 10, 100, 1000)
 _EPS = 2.0**-52
+
+
+_PIXELS = 2**13
+"""Whole coordinates below it have squared distances below 2^30, in three dimensions too."""
+
+_LISTED_REACH = 512
+"""Reach up to which level and penalty of every squared distance are listed."""
 
 
 @dataclass(frozen=True)
@@ -51,10 +60,19 @@ class Batch:
 
     def __init__(self, points: FloatArray) -> None:
         self.points = points
-        self.quantum = _quantum(points)
-        scaled = points if self.quantum in (None, 1) else np.rint(points * self.quantum)
-        self.columns = [np.ascontiguousarray(scaled[:, j]) for j in range(points.shape[1])]
-        self.largest = float(np.abs(points).max(initial=0.0))
+        self.largest = float(max(points.max(initial=0.0), -points.min(initial=0.0)))
+        self.pixels: NDArray[np.int32] | None = None
+        if self.largest < _PIXELS:
+            pixels = np.ascontiguousarray(points.T, dtype=np.int32)
+            if (pixels == points.T).all():
+                self.pixels = pixels
+        self.quantum = 1 if self.pixels is not None else _quantum(points, self.largest)
+
+    @cached_property
+    def columns(self) -> list[FloatArray]:
+        """Coordinates (n,) in quanta."""
+        scaled = self.points if self.quantum in (None, 1) else np.rint(self.points * self.quantum)
+        return list(np.ascontiguousarray(scaled.T))
 
     def reached(self, item: RuleObject, scale: int, reach: int) -> Reached:
         """Points of this batch within `reach` of an object, with level and penalty."""
@@ -75,6 +93,33 @@ class Batch:
         error = 8 * _EPS * (self.largest + float(np.abs(center).max()) + reach)
         index = np.flatnonzero(square <= (reach + error) ** 2 * (1 + 8 * _EPS))
         return self._careful(item, index, np.sqrt(square[index]), error, scale, reach)
+
+    def whole(self, objects: Sequence[RuleObject], scale: int, reach: int) -> bool:
+        """Whether all coordinates are whole and small: then `squares` can be taken.
+
+        They are looked up in `listed_squares` up to reach².
+        """
+        if self.pixels is None or reach > _LISTED_REACH or scale * reach >= 2**23:
+            return False
+        dimensions = len(objects[0].center)
+        return all(
+            len(item.center) == dimensions
+            and item.feature == "distance"
+            and all(abs(c) < _PIXELS and c == int(c) for c in item.center)
+            for item in objects
+        )
+
+    def squares(self, objects: Sequence[RuleObject]) -> NDArray[np.int32]:
+        """(objects, n) squared distances of whole coordinates."""
+        assert self.pixels is not None
+        centers = np.array([item.center for item in objects], dtype=np.int32).T[:, :, None]
+        square: NDArray[np.int32] = self.pixels[0] - centers[0]
+        square *= square
+        for column, center in zip(self.pixels[1:], centers[1:], strict=False):
+            away = column - center
+            away *= away
+            square += away
+        return square
 
     def _on_grid(
         self, item: RuleObject, center: FloatArray, quantum: int, scale: int, reach: int
@@ -152,6 +197,14 @@ class Batch:
         return rounded
 
 
+@lru_cache(maxsize=8)
+def listed_squares(reach: int, scale: int) -> tuple[IntArray, IntArray]:
+    """Level and penalty of every whole squared distance up to reach²; as in `_on_grid`."""
+    root = np.sqrt(np.arange(reach * reach + 1, dtype=np.float64))
+    level, penalty = np.ceil(root), np.floor(root * scale + 0.5)
+    return level.astype(np.int64), penalty.astype(np.int64)
+
+
 def exact_square(item: RuleObject, point: FloatArray) -> Fraction:
     """Squared feature of one point as a fraction."""
     measure = feature_named(item.feature).measure
@@ -177,17 +230,17 @@ def _decimal(value: Any) -> Fraction:
     return Fraction(Decimal(repr(float(value))))
 
 
-def _quantum(points: FloatArray) -> int | None:
+def _quantum(points: FloatArray, largest: float) -> int | None:
     """The coarsest of 1, 1/10, 1/100, 1/1000 of which all coordinates are whole numbers."""
     if points.size == 0:
         return 1
     sample = points[:: max(1, len(points) // 64)]
     for quantum in _QUANTA:
         for values in (sample, points):
-            whole = np.rint(values * quantum) if quantum > 1 else np.rint(values)
-            if not np.array_equal(whole / quantum if quantum > 1 else whole, values):
+            whole = np.rint(values * quantum) / quantum if quantum > 1 else np.rint(values)
+            if not (whole == values).all():
                 break
         else:
-            if np.abs(points).max() * quantum < 2**49:
+            if largest * quantum < 2**49:
                 return quantum
     return None

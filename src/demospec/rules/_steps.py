@@ -19,13 +19,16 @@ from numpy.typing import NDArray
 
 from demospec.errors import InputError
 from demospec.frames import FloatArray
-from demospec.rules._measure import Batch, IntArray, Reached, exact_square
+from demospec.rules._measure import Batch, IntArray, Reached, exact_square, listed_squares
 from demospec.rules._problem import RuleObject, RuleProblem
 
 BoolArray = NDArray[np.bool_]
 
 _BATCH_POINTS = 1 << 15
 _BATCH_PATHS = 256
+_SQUARES = 10_000
+"""Squared distances worked on at once: fewer calls, as long as the cache holds them."""
+
 FAR = np.int64(2**40)
 
 
@@ -221,21 +224,69 @@ def _fill(
     top = int(sizes.max()) * problem.scale * max(reach, 1) * heaviest * len(objects)
     if top >= 2**62:
         raise InputError("sums of penalties below 2^62", f"{top:.3g}", field="trajectories")
+    compared = problem.reading != "sum" and len(objects) > 1
+    starts = np.cumsum(sizes) - sizes
+    if not compared and batch.whole(objects, problem.scale, reach):
+        step = max(1, _SQUARES // max(1, len(row)))
+        for k in range(0, len(objects), step):
+            squares = batch.squares(objects[k : k + step])
+            own = columns[k : k + step]
+            _fill_squares(problem, own, squares, starts, row, weight, top, table, closest)
+        return None
     found = [batch.reached(item, problem.scale, reach) for item in objects]
     n, width = table.shape[0], reach + 1
     for hit in found:
-        seen = np.bincount(row[hit.index] * width + hit.level, minlength=n * width)
-        first = (seen.reshape(n, width) > 0).argmax(axis=1)
-        any_seen = seen.reshape(n, width).any(axis=1)
-        np.minimum(closest, np.where(any_seen, first, FAR), out=closest)
+        _closest(hit, starts, closest)
     shared = None
-    if problem.reading != "sum" and len(objects) > 1:
+    if compared:
         found, shared = _split(problem, objects, columns, batch, row, weight, found)
+    offset = row * width
     for j, hit in zip(columns, found, strict=True):
-        key = row[hit.index] * width + hit.level
+        key = offset[hit.index] + hit.level
         portion = None if weight is None else weight[hit.index]
         table[:, j] += _cumulative(problem, key, hit.penalty, portion, n, width, top)
     return shared
+
+
+def _fill_squares(
+    problem: RuleProblem,
+    columns: list[int],
+    squares: NDArray[np.int32],
+    starts: IntArray,
+    row: IntArray,
+    weight: IntArray | None,
+    top: int,
+    table: IntArray,
+    closest: IntArray,
+) -> None:
+    """`_fill` from (objects, points) whole squared distances: some objects at once."""
+    n, _, width = table.shape
+    reach = width - 1
+    level, penalty = listed_squares(reach, problem.scale)
+    nearest = np.minimum.reduceat(squares.min(axis=0), starts)
+    near = np.flatnonzero(nearest <= reach * reach)
+    closest[near] = np.minimum(closest[near], level[nearest[near]])
+    index = np.flatnonzero(squares <= reach * reach)
+    inside = squares.ravel()[index]
+    q = len(columns)
+    place = row if q == 1 else np.add.outer(np.arange(q), row * q).ravel()
+    key = place[index]
+    key *= width
+    key += level[inside]
+    portion = None if weight is None else weight[index % len(row)]
+    sums = _cumulative(problem, key, penalty[inside], portion, n * q, width, top)
+    sums = sums.reshape(n, q, width)
+    for j, column in enumerate(columns):
+        table[:, column] += sums[:, j]
+
+
+def _closest(hit: Reached, starts: IntArray, closest: IntArray) -> None:
+    """Lowers `closest` (paths,) to the smallest level of each path's points, in place."""
+    if not len(hit.index):
+        return
+    first = np.searchsorted(hit.index, starts)  # points come path by path
+    some = np.flatnonzero(np.append(first[1:], len(hit.index)) > first)
+    closest[some] = np.minimum(closest[some], np.minimum.reduceat(hit.level, first[some]))
 
 
 def _cumulative(

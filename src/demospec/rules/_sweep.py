@@ -66,6 +66,9 @@ class Slices:
     def optima(self, t: int, largest: bool, limit: int) -> IntArray:
         """(m, q) radii that attain the optimum at slice t, lexicographic, m ≤ limit."""
         goal = self.most[t] if largest else self.least[t]
+        if self.low.shape[1] == 1:
+            only: IntArray = goal.reshape(1, 1)
+            return only
         others, low, high = self.grid.intervals(int(self.T[t]))
         found = low <= high
         last = (high if largest else low)[found]
@@ -118,15 +121,20 @@ class Grid:
         """Upper end per cell, and lower end per cell and stretch of T_min."""
         part = self.component
         upper = np.full(len(cells), width - 1)
+        rows = np.flatnonzero(~part.valid)
+        for i in np.flatnonzero(part.valid).tolist():
+            np.minimum(upper, self._first(i, cells, last, width, limit) - 1, out=upper)
+        self.upper = upper + self.low
+        if not len(rows):
+            self.levels = rows
+            self.lower = np.full((1, len(cells)), self.low, dtype=np.int64)
+            return
         # Invalid rows by contact level, farthest first: at T_min the rows with a level beyond
         # it must be explained by the sum.
-        rows = np.flatnonzero(~part.valid)
         rows = rows[np.argsort(-part.closest[rows], kind="stable")]
         levels = np.unique(np.minimum(part.closest[rows], T[-1] + 1))
         self.levels = levels  # ascending
         lower = np.zeros((len(levels) + 1, len(cells)), dtype=np.int64)
-        for i in np.flatnonzero(part.valid).tolist():
-            np.minimum(upper, self._first(i, cells, last, width, limit) - 1, out=upper)
         running = np.zeros(len(cells), dtype=np.int64)
         at = len(levels) - 1
         for i in rows.tolist():
@@ -137,7 +145,6 @@ class Grid:
             np.maximum(running, self._first(i, cells, last, width, limit), out=running)
         for j in range(at, -1, -1):
             lower[j] = running
-        self.upper = upper + self.low
         self.lower = lower + self.low  # lower[j]: rows with level ≥ levels[j]
 
     def _first(self, i: int, cells: IntArray, last: int, width: int, limit: int) -> IntArray:
@@ -158,11 +165,12 @@ class Grid:
         """Per T_min and cell: whether the others obey the bounds; the last one's ends."""
         c, d = self.bounds
         stretch = np.searchsorted(self.levels, T, side="right")  # first level beyond T_min
-        low = np.maximum(self.lower[stretch], np.maximum(T + c, self.low)[:, None])
-        high = np.minimum(self.upper[None], np.minimum(T + d, self.high)[:, None])
+        least, most = (T + c)[:, None], (T + d)[:, None]
+        low = np.maximum(self.lower[stretch], np.maximum(least, self.low))
+        high = np.minimum(self.upper[None], np.minimum(most, self.high))
         inside = np.ones((len(T), len(self.others)), dtype=bool)
         for column in self.others.T:
-            inside &= (column[None] >= T[:, None] + c) & (column[None] <= T[:, None] + d)
+            inside &= (column >= least) & (column <= most)
         return inside, low, high
 
 
@@ -176,6 +184,8 @@ def sweep(component: Component, limit: int, T: IntArray, bounds: tuple[int, int]
     """
     grid = Grid(component, limit, T, bounds)
     q = len(component.parameters)
+    if q == 1:
+        return _one_radius(component, T, grid)
     far = np.int64(2**60)
     total = grid.others.sum(axis=1)
     names = ("count", "least", "n_least", "most", "n_most")
@@ -185,22 +195,35 @@ def sweep(component: Component, limit: int, T: IntArray, bounds: tuple[int, int]
     for start in range(0, len(T), step):
         view = slice(start, min(start + step, len(T)))
         inside, low, high = grid.limits(T[view])
-        size = np.where(inside, np.maximum(high - low + 1, 0), 0)
-        some = size > 0
-        out["count"][view] = size.sum(axis=1)
+        size = high - low + 1
+        some = inside & (size > 0)
+        out["count"][view] = np.where(some, size, 0).sum(axis=1)
         least = np.where(some, total + low, far)
         most = np.where(some, total + high, -far)
         out["least"][view] = least.min(axis=1)
         out["most"][view] = most.max(axis=1)
         out["n_least"][view] = (least == out["least"][view][:, None]).sum(axis=1)
         out["n_most"][view] = (most == out["most"][view][:, None]).sum(axis=1)
-        for j in range(q - 1):
-            column = grid.others[:, j][None]
-            lows[view, grid.order[j]] = np.where(some, column, far).min(axis=1)
-            highs[view, grid.order[j]] = np.where(some, column, -far).max(axis=1)
+        if q == 2:  # cells go by the other radius: the first and the last that are left
+            lows[view, grid.order[0]] = grid.others[some.argmax(axis=1), 0]
+            highs[view, grid.order[0]] = grid.others[-1 - some[:, ::-1].argmax(axis=1), 0]
+        else:
+            for j in range(q - 1):
+                column = grid.others[:, j][None]
+                lows[view, grid.order[j]] = np.where(some, column, far).min(axis=1)
+                highs[view, grid.order[j]] = np.where(some, column, -far).max(axis=1)
         lows[view, grid.order[-1]] = np.where(some, low, far).min(axis=1)
         highs[view, grid.order[-1]] = np.where(some, high, -far).max(axis=1)
     return Slices(
         component, T, out["count"], out["least"], out["n_least"], out["most"], out["n_most"],
         lows, highs, grid,
     )  # fmt: skip
+
+
+def _one_radius(component: Component, T: IntArray, grid: Grid) -> Slices:
+    """All slices of a component of one radius: an interval each."""
+    _, low, high = grid.limits(T)
+    low, high = low[:, 0], high[:, 0]
+    count = np.maximum(high - low + 1, 0)
+    one = np.ones(len(T), dtype=np.int64)
+    return Slices(component, T, count, low, one, high, one, low[:, None], high[:, None], grid)
