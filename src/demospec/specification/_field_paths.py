@@ -65,7 +65,8 @@ class LogitMap:
     def _tensor(self) -> Tensor:
         import torch
 
-        return torch.from_numpy(np.ascontiguousarray(self.values))[None, None]
+        values: Tensor = torch.from_numpy(np.ascontiguousarray(self.values))[None, None]
+        return values
 
     def _in_blocks(
         self, paths: NDArray[Any], *, slopes: bool = False
@@ -113,7 +114,8 @@ class LogitMap:
         dx = (p[0, :, 1:] - p[0, :, :-1]) * (width / 2.0)
         dy = (p[1, :, 1:] - p[1, :, :-1]) * (height / 2.0)
         # A segment without length has no slope; the tiny term keeps its gradient finite.
-        return (dx.square() + dy.square() + 1e-12).sqrt()
+        lengths: Tensor = (dx.square() + dy.square() + 1e-12).sqrt()
+        return lengths
 
     def _stacked(self, p: Tensor, pieces: int, lengths: Tensor | None) -> Tensor:
         """(2, n, m) → (n,), every segment cut into `pieces`; `lengths` of the whole segments."""
