@@ -10,7 +10,7 @@ import sys
 import time
 import urllib.error
 import urllib.request
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -55,12 +55,20 @@ def start_studio(*arguments: str) -> tuple[subprocess.Popen[bytes], str]:
         try:
             with urllib.request.urlopen(address + "/studio-static/studio.css", timeout=1):
                 return process, address
+        except urllib.error.HTTPError:  # it answers, and wants the token
+            return process, address
         except (urllib.error.URLError, OSError):
             if process.poll() is not None:
                 raise RuntimeError("the studio did not start") from None
             time.sleep(0.1)
     process.kill()
     raise RuntimeError("the studio did not answer")
+
+
+@pytest.fixture(scope="session")
+def serve_studio() -> Callable[..., tuple[subprocess.Popen[bytes], str]]:
+    """`start_studio`, for test modules that serve a studio of their own."""
+    return start_studio
 
 
 @pytest.fixture(scope="session")
