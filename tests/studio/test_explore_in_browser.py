@@ -1,0 +1,245 @@
+"""Explore and Results in a real browser: hands and keys move the verdict; downloads are files."""
+
+from __future__ import annotations
+
+import io
+import json
+import shutil
+import zipfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from demospec import read_set
+from demospec.causal import Settings, find_causes
+from demospec.files import write_json
+from demospec.rules import learn_rules, read_rules, rules_document
+from demospec.specification import audit_set, evaluate
+
+pytestmark = pytest.mark.browser
+
+
+@pytest.fixture(scope="module")
+def run(small_set: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run folder with the documents that a run has, made by the functions that make them."""
+    folder = tmp_path_factory.mktemp("explored") / "run"
+    shutil.copytree(small_set, folder / "set")
+    data, truth = read_set(small_set), read_rules(small_set / "truth.json")
+    write_json(folder / "run.json", {"format": "demospec-run", "version": 1, "seed": 1})
+    write_json(folder / "rules.json", rules_document(learn_rules(data, influence=False)))
+    few = Settings(seed=1, placements=1, draws=20)
+    causes = find_causes(truth, data.scenes, settings=few).to_json()
+    write_json(folder / "causes.json", {"truth": causes})
+    scores = evaluate(truth, data).to_json()["types"]
+    write_json(folder / "accuracy.json", {"truth": {"seen": scores}})
+    write_json(folder / "audit.json", audit_set(data).to_json())
+    return folder
+
+
+@pytest.fixture(scope="module")
+def address(run: Path, serve_studio: Any) -> Iterator[str]:
+    process, address = serve_studio("--run", str(run), "--out", str(run.parent / "taught"))
+    yield address
+    process.terminate()
+    process.wait(10)
+
+
+@pytest.fixture
+def page(browser: Any) -> Iterator[Any]:
+    """A tab that must not ask anybody else, and must not fail."""
+    page = browser.new_page(viewport={"width": 1280, "height": 800})
+    asked: list[str] = []
+    faults: list[str] = []
+    page.on("request", lambda request: asked.append(request.url))
+    page.on("pageerror", lambda error: faults.append(str(error)))
+    yield page
+    page.close()
+    assert not faults
+    local = ("http://127.0.0.1", "data:", "blob:", "ws://127.0.0.1")
+    assert [url for url in asked if not url.startswith(local)] == []
+
+
+def explore(page: Any, address: str) -> Any:
+    page.emulate_media(reduced_motion="reduce")
+    page.goto(f"{address}/explore")
+    page.wait_for_selector('#explore[data-ready="yes"]', timeout=30_000)
+    return page.locator("#explore")
+
+
+def settled(page: Any, what: str) -> None:
+    """Waits until the server's last answer is about a state with `what` true of it."""
+    page.wait_for_function(
+        "what => { const a = document.querySelector('#explore').dataset.answered;"
+        "return a && new Function('s', 'return ' + what)(JSON.parse(a)); }",
+        arg=what,
+        timeout=15_000,
+    )
+
+
+def drag(page: Any, handle: str, x: float, y: float) -> None:
+    """Drags a handle to a place of the scene (pixels of the picture), in a few moves."""
+    box = page.locator(f'[data-handle="{handle}"] >> nth=0').bounding_box()
+    to = page.evaluate(
+        "([x, y]) => { const svg = document.querySelector('#ex-svg');"
+        "const p = new DOMPoint(x, y).matrixTransform(svg.getScreenCTM()); return [p.x, p.y]; }",
+        [x, y],
+    )
+    page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    page.mouse.down()
+    page.mouse.move(*to, steps=6)
+    page.mouse.up()
+
+
+def region(page: Any) -> str:
+    return str(page.locator("#ex-svg .map-yes").get_attribute("d"))
+
+
+def test_dragging_the_control_point_moves_the_verdict(page: Any, address: str, run: Path) -> None:
+    explore(page, address)
+    page.select_option("#ex-model", "truth")
+    settled(page, "s.model === 'truth'")
+    data, truth = read_set(run / "set"), read_rules(run / "set" / "truth.json")
+    scene = data.scenes[0]
+    from demospec.studio._explore_state import path_of
+
+    seen = set()
+    for x, y in ((50.0, 50.0), (5.0, 5.0), (100.0, 100.0), (20.0, 30.0)):
+        drag(page, "control", x, y)
+        settled(page, f"Math.hypot(s.control[0] - {x}, s.control[1] - {y}) < 1.5")
+        asked = json.loads(page.locator("#explore").get_attribute("data-answered"))
+        path = path_of(scene, tuple(asked["control"]))
+        valid = bool(truth.see(scene).logits(path[None], "careful")[0] > 0)
+        assert page.locator("#explore").get_attribute("data-valid") == str(valid).lower()
+        seen.add(valid)
+    assert seen == {True, False}
+
+
+def test_dragging_an_object_changes_map_and_picture(page: Any, address: str, run: Path) -> None:
+    explore(page, address)
+    scene = read_set(run / "set").scenes[0]
+    name = scene.listed_objects()[0].id
+    before, picture = region(page), page.locator("#ex-svg image").get_attribute("href")
+    drag(page, name, 80.0, 80.0)
+    settled(page, f"s.moved['{name}'] && Math.hypot(s.moved['{name}'][0] - 80) < 12")
+    assert region(page) != before
+    assert page.locator("#ex-svg image").get_attribute("href") != picture
+    page.get_by_role("button", name="Start over").click()
+    settled(page, "Object.keys(s.moved).length === 0")
+    page.wait_for_function(
+        "before => document.querySelector('#ex-svg .map-yes').getAttribute('d') === before",
+        arg=before,
+    )
+
+
+def test_the_keyboard_moves_what_is_selected(page: Any, address: str) -> None:
+    explore(page, address)
+    start = page.evaluate("JSON.parse(document.querySelector('#explore').dataset.answered).control")
+    control = page.locator('[data-handle="control"]')
+    control.focus()
+    page.keyboard.press("ArrowRight")
+    page.keyboard.press("Shift+ArrowDown")
+    settled(page, f"s.control[0] > {start[0]} + 0.5 && s.control[1] > {start[1]} + 4")
+    page.keyboard.press("Shift+Tab")
+    handle = page.evaluate("document.activeElement.dataset.handle")
+    assert handle
+    assert handle != "control"
+    page.keyboard.press("ArrowLeft")
+    settled(page, f"'{handle}' in s.moved")
+    assert page.evaluate("document.activeElement.dataset.handle") == handle
+    page.keyboard.press("Delete")
+    settled(page, f"s.removed.includes('{handle}')")
+    assert page.locator(f'[data-handle="{handle}"]').count() == 0
+
+
+def test_repair_ends_valid_and_solutions_are_drawn(page: Any, address: str) -> None:
+    root = explore(page, address)
+    assert root.get_attribute("data-valid") == "false"
+    page.keyboard.press("r")
+    page.wait_for_function("document.querySelector('.ex-said').textContent.startsWith('Repaired')")
+    assert root.get_attribute("data-valid") == "true"
+    assert "px" in page.locator(".ex-said").inner_text()
+    assert page.locator(".ex-step").count() >= 2
+    page.keyboard.press("s")
+    page.wait_for_selector(".ex-solution[data-control]")
+    assert page.locator(".ex-solution[data-control]").count() == 8
+
+
+def test_putting_something_down_compares_before_and_after(page: Any, address: str) -> None:
+    explore(page, address)
+    page.select_option("#ex-symbol", "glass")
+    page.get_by_role("button", name="Put down").click()
+    page.wait_for_selector(".ex-before table")
+    rows = page.locator(".ex-before tbody tr").all_inner_texts()
+    assert [r.split("\t")[0] for r in rows] == ["careful", "normal", "aggressive"]
+    assert rows[2].endswith("none")
+    assert not rows[0].endswith("none")
+    page.get_by_role("button", name="Take it away again").click()
+    settled(page, "s.added.length === 0")
+
+
+def test_the_tables_show_the_numbers_of_the_documents(page: Any, address: str, run: Path) -> None:
+    page.goto(f"{address}/results")
+    page.wait_for_selector("#causes table")
+    causes = json.loads((run / "causes.json").read_text())["truth"]
+    header = page.locator("#causes thead th").all_inner_texts()
+    for row in page.locator("#causes tbody tr").all():
+        cells = row.locator("th, td").all_inner_texts()
+        base = causes["base"][cells[0]]["mean"]
+        assert float(cells[1]) == pytest.approx(base, abs=0.0051)
+        bold = row.locator("td strong").count()
+        assert bold == sum(e["causal"] for e in causes["effects"] if e["type"] == cells[0])
+        for name, cell in zip(header[2:-1], cells[2:-1], strict=True):
+            found = next(
+                e for e in causes["effects"] if (e["type"], f"+ {e['symbol']}") == (cells[0], name)
+            )
+            shown = float(cell.split()[0].replace("−", "-"))
+            assert shown == pytest.approx(found["effect"], abs=0.0051)
+    rules = json.loads((run / "rules.json").read_text())["types"]
+    said = page.locator("#rules li").all_inner_texts()
+    assert said == [f"{name} {rule['sentence']}" for name, rule in rules.items()]
+    # What the run lacks is said, with the command that makes it.
+    assert "demospec demo" in page.locator("#plans").inner_text()
+    assert "demospec execute" in page.locator("#video").inner_text()
+
+
+def test_downloads_are_whole_files(page: Any, address: str, run: Path, tmp_path: Path) -> None:
+    page.goto(f"{address}/results")
+    page.wait_for_selector("#take")
+    page.select_option("#take [name=rules]", "rules")
+    with page.expect_download() as waiting:
+        page.get_by_role("button", name="Rules", exact=True).click()
+    waiting.value.save_as(tmp_path / "rules.json")
+    assert read_rules(tmp_path / "rules.json").types == read_rules(run / "rules.json").types
+
+    def fetch(form: str, scene: str = "0000") -> Any:
+        asked = f"form={form}&rules=rules&scene={scene}&type=normal"
+        return page.request.get(f"{address}/results/download?{asked}")
+
+    with zipfile.ZipFile(io.BytesIO(fetch("set").body())) as archive:
+        archive.extractall(tmp_path)
+    copy, data = read_set(tmp_path / "set"), read_set(run / "set")
+    assert list(copy.demonstrations.demo_id) == list(data.demonstrations.demo_id)
+    assert np.array_equal(copy.scenes[0].pixels(), data.scenes[0].pixels())
+    with zipfile.ZipFile(io.BytesIO(fetch("nav2").body())) as archive:
+        assert archive.testzip() is None
+        assert any(name.endswith(".yaml") for name in archive.namelist())
+    with zipfile.ZipFile(io.BytesIO(fetch("moveit").body())) as archive:
+        assert archive.testzip() is None
+        assert archive.namelist()
+    refused = fetch("nav2", "../../etc")
+    assert refused.status == 400
+    assert "expected a scene" in refused.text()
+    assert fetch("shell").status == 400
+    assert page.request.get(f"{address}/results/media/0").status == 404
+
+
+def test_requests_that_are_no_questions_are_refused(page: Any, address: str) -> None:
+    place = f"{address}/explore/api/look"
+    assert page.request.post(place, data={}).status == 400
+    # A page of another origin can send text without asking; it is not taken.
+    plain = {"content-type": "text/plain"}
+    assert page.request.post(place, data="{}", headers=plain).status == 415
+    assert page.request.post(place, data={"scene": "x" * 70_000}).status == 413

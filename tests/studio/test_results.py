@@ -1,0 +1,80 @@
+"""The Results page: documents become tables, what is absent or damaged is said."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from demospec.demonstrations import simulate_set, write_set
+from demospec.rules import RuleSet
+from demospec.studio._results import results_html
+from demospec.studio._results_export import export, rule_sets
+from demospec.studio._results_view import accuracy, audit, effect, number, repairs, section
+from demospec.studio._workbench import Workbench
+
+
+def score(balanced: float | None) -> dict[str, object]:
+    return {
+        "n": 40, "accuracy": 0.8, "balanced_accuracy": balanced, "majority": 0.6,
+        "interval": [0.7, 0.9],
+    }  # fmt: skip
+
+
+def test_numbers_have_a_true_minus_and_no_negative_zero() -> None:
+    assert number(-0.001) == "0.00"
+    assert number(-0.25, sign=True) == "−0.25"
+    assert number(0.25, sign=True) == "+0.25"
+    assert number(None) == "–"
+    assert "[−0.30, −0.20]" in effect({"effect": -0.25, "interval": [-0.3, -0.2]})
+
+
+def test_a_type_of_one_class_is_not_given_a_score() -> None:
+    html = accuracy({"field": {"seen": {"careful": score(0.75), "bold": score(None)}}})
+    assert html.count("undefined: one class") == 2  # in the picture and in the table
+    assert "75 %" in html.replace("\u00a0", " ")
+
+
+def test_repairs_show_the_true_rule_beside_the_models_opinion() -> None:
+    entry = {
+        "n": 9, "vacuous": False, "repaired_by_truth": 0.5, "accepted_by_model": 0.9,
+        "moved_px": 12.3,
+    }  # fmt: skip
+    html = repairs({"field": {"seen": {"careful": entry, "bold": {"vacuous": True}}}})
+    assert "true rule accepts" in html
+    assert "50\u00a0%" in html
+    assert "90\u00a0%" in html
+    assert "bold" not in html
+
+
+def test_words_from_files_cannot_inject_markup() -> None:
+    evil = "<script>alert(1)</script>"
+    html = audit({"demonstrations": [{"demo_id": evil, "verdict": "review", "why": evil}]})
+    assert "<script" not in html
+    html = accuracy({evil: {evil: {evil: score(0.5)}}})
+    assert "<script" not in html
+
+
+def test_what_is_absent_or_damaged_is_said(tmp_path: Path) -> None:
+    assert "demospec audit" in section(tmp_path, "audit", "Audit", audit, "demospec audit SET")
+    (tmp_path / "audit.json").write_text("{", encoding="utf-8")
+    assert "audit.json cannot be shown" in section(tmp_path, "audit", "Audit", audit, "x")
+    (tmp_path / "audit.json").write_text('{"demonstrations": 3}', encoding="utf-8")
+    assert "audit.json cannot be shown" in section(tmp_path, "audit", "Audit", audit, "x")
+
+
+def test_without_a_run_the_set_can_still_be_taken_away(tmp_path: Path) -> None:
+    data, truth = simulate_set(train_scenes=1, test_scenes=1, demonstrations=3, seed=2)
+    folder = write_set(data, tmp_path / "set", documents={"truth.json": truth})
+    workbench = Workbench(folder, out=tmp_path / "out")
+    try:
+        html = results_html(workbench)
+        assert "No run is shown" in html
+        assert "demospec demo --out runs/demo" in html
+        assert set(rule_sets(workbench)) == {"understood so far", "truth"}
+        name, media, content = export(workbench, "rules", rules="truth")
+        assert (name, media) == ("rules.json", "application/json")
+        told = json.loads(content)["types"]["careful"]["clearance"]["value"]
+        assert told == truth["types"]["careful"]["clearance"]["value"]
+        assert all(isinstance(m, RuleSet) for m in rule_sets(workbench).values())
+    finally:
+        workbench.close()
