@@ -87,6 +87,7 @@ def run_grid(
     settings: GridSettings | None = None,
     *,
     workers: int = 1,
+    cluster: str | None = None,
     progress: Progress = silent,
 ) -> list[dict[str, Any]]:
     """Runs the fits that `file` does not hold yet, and returns all of the grid.
@@ -94,6 +95,7 @@ def run_grid(
     Args:
         file: JSON lines, appended to as fits finish. Its first line holds the settings.
         workers: Processes; each uses one thread.
+        cluster: Address of a Dask scheduler instead.
 
     Raises:
         InputError: The file belongs to other settings, or is damaged in the middle.
@@ -104,11 +106,11 @@ def run_grid(
     for seed in settings.seeds:
         left = [c for c in settings.cells() if c.seed == seed and c not in done]
         # One job holds at most a handful of fits: the file grows steadily and little is lost.
-        jobs += [(seed, left[i : i + 6]) for i in range(0, len(left), 6)]
+        jobs += [(seed, left[i : i + 3]) for i in range(0, len(left), 3)]
     total = len(done) + sum(len(cells) for _, cells in jobs)
     count = len(done)
     progress("fitting the grid", count, total)
-    for lines in _run(jobs, settings, workers):
+    for lines in _run(jobs, settings, workers, cluster):
         _append(file, lines)
         for line in lines:
             done[Cell(line["seed"], line["model"], line["n"])] = line
@@ -118,24 +120,23 @@ def run_grid(
 
 
 def _run(
-    jobs: Sequence[tuple[int, list[Cell]]], settings: GridSettings, workers: int
+    jobs: Sequence[tuple[int, list[Cell]]],
+    settings: GridSettings,
+    workers: int,
+    cluster: str | None,
 ) -> Iterator[list[dict[str, Any]]]:
-    if workers <= 1:
-        for _, cells in jobs:
-            yield fit_cells(settings, cells)
-        return
-    from joblib import Parallel, delayed
+    from functools import partial
 
-    # One thread each: the variables reach the workers, which start after them.
-    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-        os.environ.setdefault(name, "1")
-    yield from Parallel(n_jobs=workers, return_as="generator_unordered")(
-        delayed(fit_cells)(settings, cells) for _, cells in jobs
-    )
+    from demospec.parallel import iterate_tasks
+
+    work = partial(fit_cells, settings)
+    tasks = [cells for _, cells in jobs]
+    yield from iterate_tasks(work, tasks, workers=workers, cluster=cluster)
 
 
 def fit_cells(settings: GridSettings, cells: Sequence[Cell]) -> list[dict[str, Any]]:
     """Fits and scores some cells of one seed; one line each."""
+    from demospec.experiments._split import PicturesOnly
     from demospec.specification import evaluate, fit_model
 
     seed = cells[0].seed
@@ -148,6 +149,8 @@ def fit_cells(settings: GridSettings, cells: Sequence[Cell]) -> list[dict[str, A
         began = time.process_time()
         model = _fitted(fit_model, cell, train.select(rank < cell.n), settings)
         seconds = time.process_time() - began
+        if cell.model == "field":  # it would read the lists of objects: let it see for itself
+            model = PicturesOnly(model)
         seen = evaluate(model, held_out, truth=truth).to_json()["types"]
         unseen = evaluate(model, test, truth=truth).to_json()["types"]
         line: dict[str, Any] = {**asdict(cell), "fit_seconds": round(seconds, 3), "types": {}}
@@ -290,6 +293,11 @@ def grid_table(lines: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
             row[f"bacc_{where}"] = _mean([p["balanced_accuracy"] for p in parts])
             far = [p["far"]["balanced_accuracy"] for p in parts if "far" in p]
             row[f"bacc_{where}_far"] = _mean(far)
+            known = [p["balanced_accuracy"] for p in parts if p["balanced_accuracy"] is not None]
+            row[f"quartiles_{where}"] = (
+                [float(q) for q in np.quantile(known, (0.25, 0.75))] if known else None
+            )
+            row[f"accuracies_{where}"] = [p["accuracy"] for p in parts]
         rows.append(row)
     return rows
 

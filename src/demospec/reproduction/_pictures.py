@@ -1,0 +1,156 @@
+"""The paper's figures, drawn from our own results. Okabe-Ito colours, units on axes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from demospec.demonstrations import DemonstrationSet
+from demospec.files import writing_file
+
+COLOURS = {
+    "full": "#0072b2", "autoencoder": "#56b4e9", "classifier": "#009e73",
+    "irl": "#e69f00", "field": "#d55e00",
+}  # fmt: skip
+MARKS = {"full": "o", "autoencoder": "s", "classifier": "^", "irl": "D", "field": "v"}
+VALID, INVALID = "#0072b2", "#d55e00"
+
+
+def save(figure: Any, *paths: Path) -> None:
+    """Writes a figure under every name, whole or not at all."""
+    for path in paths:
+        kind = path.suffix[1:]
+        stamp: dict[str, Any] = {"Software": None} if kind == "png" else {"Date": None}
+        with writing_file(path) as temporary:
+            figure.savefig(temporary, format=kind, dpi=130, metadata=stamp)
+
+
+def panels(rows: int, columns: int, width: float = 3.2, height: float = 3.2) -> tuple[Any, Any]:
+    """A figure and its axes (rows, columns)."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width * columns, height * rows), layout="constrained")
+    return figure, figure.subplots(rows, columns, squeeze=False)
+
+
+def show_scene(ax: Any, scene: Any) -> None:
+    """The picture in its own pixels; start and goal marked."""
+    width, height = scene.size_px
+    ax.imshow(scene.picture.pixels, extent=(0, width, height, 0))
+    ax.plot(*scene.start[:2], "o", color="white", mec="black", ms=5)
+    ax.plot(*scene.goal[:2], "*", color="white", mec="black", ms=9)
+    ax.set(xticks=[], yticks=[], xlim=(0, width), ylim=(height, 0))
+
+
+def draw_samples(data: DemonstrationSet, path: Path, count: int = 4) -> None:
+    """Some training scenes, a row a type: accepted blue, rejected dashed orange."""
+    scenes = data.of_split("train").scenes[:count]
+    figure, axes = panels(len(data.types), len(scenes), 2.4, 2.4)
+    d = data.demonstrations
+    for row, type_ in zip(axes, data.types, strict=True):
+        for ax, scene in zip(row, scenes, strict=True):
+            show_scene(ax, scene)
+            for i in np.flatnonzero((d.scene_id == scene.scene_id) & (d.type == type_)):
+                good = d.valid[i] == 1
+                ax.plot(
+                    *d.points(int(i))[:, :2].T, lw=1.2,
+                    color=VALID if good else INVALID, ls="-" if good else "--",
+                )  # fmt: skip
+        row[0].set_ylabel(type_)
+    save(figure, path)
+
+
+def draw_accuracy(rows: Sequence[Mapping[str, Any]], stem: Path, reading: str) -> None:
+    """Balanced accuracy against trajectories per scene: types by seen, unseen scenes."""
+    types = [t for t in dict.fromkeys(r["type"] for r in rows) if _defined(rows, t)]
+    figure, axes = panels(2, max(len(types), 1), 3.8, 3.0)
+    for row, where in zip(axes, ("seen", "unseen"), strict=True):
+        for ax, type_ in zip(row, types, strict=True):
+            for model in dict.fromkeys(r["model"] for r in rows):
+                mine = [r for r in rows if r["model"] == model and r["type"] == type_]
+                mine = [r for r in mine if r[f"bacc_{where}"] is not None]
+                x = [r["n"] for r in mine]
+                y = [r[f"bacc_{where}"] for r in mine]
+                low, high = np.array([r[f"quartiles_{where}"] for r in mine]).reshape(-1, 2).T
+                ax.fill_between(x, low, high, color=COLOURS[model], alpha=0.15, lw=0)
+                ax.plot(x, y, marker=MARKS[model], color=COLOURS[model], label=model, ms=4)
+            ax.axhline(0.5, color="0.6", lw=0.8, ls=":")
+            ax.set(title=f"{type_}, {where} scenes", ylim=(0.4, 1.02))
+            ax.set_xlabel("trajectories per scene [number]")
+            ax.locator_params(axis="x", integer=True)
+        row[0].set_ylabel("balanced accuracy")
+    axes[0][0].legend(fontsize=8, frameon=False)
+    figure.suptitle(f"{reading} reading: mean and quartiles over randomisations")
+    save(figure, stem.with_suffix(".png"), stem.with_suffix(".svg"))
+
+
+def _defined(rows: Sequence[Mapping[str, Any]], type_: str) -> bool:
+    return any(r["type"] == type_ and r["bacc_seen"] is not None for r in rows)
+
+
+def draw_latent(parts: Mapping[str, Any], maps: Mapping[str, Any], stem: Path) -> None:
+    """The z_θ plane of a seen and an unseen scene for each model and type; light: accepted."""
+    models = list(next(iter(maps.values())))
+    types = list(maps["seen"][models[0]])
+    figure, axes = panels(2 * len(models), len(types) + 1, 2.2, 2.2)
+    r = 0
+    for which, scene in parts.items():
+        for model in models:
+            show_scene(axes[r][0], scene)
+            axes[r][0].set_ylabel(f"{model}\n{which} scene")
+            for ax, type_ in zip(axes[r][1:], types, strict=True):
+                found = maps[which][model][type_]
+                extent = (found.x[0], found.x[-1], found.y[-1], found.y[0])
+                ax.imshow(found.p_valid, cmap="cividis", vmin=0, vmax=1, extent=extent)
+                ax.set(xticks=[], yticks=[])
+                if r == 0:
+                    ax.set_title(type_)
+            r += 1
+    save(figure, stem.with_suffix(".png"))
+
+
+def draw_repairs(data: DemonstrationSet, results: Mapping[str, Any], stem: Path) -> None:
+    """Single-particle repairs in unseen scenes, from rejected (dark) to the last step (light)."""
+    from matplotlib import colormaps
+
+    models = list(results)
+    types = [t for t in results[models[0]]["1"] if not results[models[0]]["1"][t]["vacuous"]]
+    figure, axes = panels(len(types), len(models), 3.0, 3.0)
+    blues = colormaps["Blues_r"]
+    for row, type_ in zip(axes, types, strict=True):
+        for ax, model in zip(row, models, strict=True):
+            example = results[model]["1"][type_]["examples"][0]
+            show_scene(ax, data.scene(example["scene"]))
+            steps = example["steps"]
+            for k, curve in enumerate(steps):
+                colour = blues(0.05 + 0.75 * k / max(len(steps) - 1, 1))
+                ax.plot(*np.array(curve).T, color=colour, lw=1.4)
+            verdict = "holds" if example["rule_valid"] else "does not hold"
+            ax.set_title(f"{type_}, {model}: {verdict}", fontsize=9)
+    save(figure, stem.with_suffix(".png"))
+
+
+def draw_plans(
+    data: DemonstrationSet, rules: Any, document: Mapping[str, Any], path: Path, count: int = 2
+) -> None:
+    """Cost map and plan of every type in some unseen scenes."""
+    from demospec.planning import cost_map
+
+    scenes = data.of_split("test").scenes[:count]
+    figure, axes = panels(len(scenes), len(rules.types), 3.0, 3.0)
+    for row, scene in zip(axes, scenes, strict=True):
+        for ax, type_ in zip(row, rules.types, strict=True):
+            show_scene(ax, scene)
+            prices = cost_map(rules, scene, type_)
+            extra = np.ma.masked_less_equal(np.asarray(prices.array, dtype=float), 1.0)
+            width, height = scene.size_px or extra.shape[::-1]
+            ax.imshow(extra, cmap="cividis", alpha=0.6, extent=(0, width, height, 0))
+            for plan in document["plans"]:
+                mine = plan["scene"] == scene.scene_id and plan["type"] == type_
+                if mine and plan["status"] == "found":
+                    ax.plot(*np.array(plan["points"])[:, :2].T, color="#009e73", lw=2.5)
+            ax.set_title(type_, fontsize=9)
+    save(figure, path)

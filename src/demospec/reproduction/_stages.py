@@ -1,0 +1,286 @@
+"""`demospec reproduce`: the stages, top to bottom; each leaves JSON, CSV and a picture."""
+
+from __future__ import annotations
+
+import importlib.util
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from demospec.errors import DemospecError
+from demospec.experiments import RunRecord, Stage, run_stages
+from demospec.files import write_json
+from demospec.progress import Progress, silent
+
+READINGS = ("uniform", "clustered")
+
+
+@dataclass(frozen=True)
+class ReproduceSettings:
+    """How much of everything.
+
+    Args:
+        seeds: Randomisations of the accuracy grid (paper: 10).
+        counts: Trajectories per scene and type.
+        models: Columns of the grid, for the ``uniform`` reading; ``clustered`` takes the first.
+        starts: Rejected trajectories repaired per type.
+        particles: Of the second repair column (the first is the paper's single one).
+        demonstrations: Of each simulated participant.
+        resamples: Of each cell of the heat maps.
+        catalogue: Items of the scenes.
+        seed: Of all that is not a randomisation of the grid.
+    """
+
+    seeds: int = 10
+    counts: tuple[int, ...] = tuple(range(1, 10))
+    models: tuple[str, ...] = ("full", "autoencoder", "classifier", "irl", "field")
+    starts: int = 200
+    particles: int = 32
+    demonstrations: int = 40
+    resamples: int = 10
+    catalogue: str = "builtin"
+    seed: int = 0
+
+    @classmethod
+    def quick(cls, seed: int = 0) -> ReproduceSettings:
+        """The same tables and figures from less: minutes."""
+        return cls(
+            seeds=2, counts=(1, 3, 9), starts=40, particles=16, demonstrations=24, seed=seed
+        )  # fmt: skip
+
+
+def reproduce(
+    folder: Path,
+    settings: ReproduceSettings | None = None,
+    *,
+    workers: int = 1,
+    cluster: str | None = None,
+    command: str = "demospec reproduce",
+    progress: Progress = silent,
+) -> RunRecord:
+    """Measures every table and figure of the paper anew; resumes what an earlier run left.
+
+    Args:
+        folder: New, empty, or an earlier run.
+        workers: Processes for the accuracy grid, one thread each.
+        cluster: Address of a Dask scheduler for the grid instead.
+
+    Raises:
+        InputError: `folder` holds other things.
+        MissingExtraError: torch is absent.
+    """
+    settings = settings or ReproduceSettings()
+    stages = reproduce_stages(settings, workers, cluster)
+    return run_stages(folder, stages, command=command, seed=settings.seed, progress=progress)
+
+
+def reproduce_stages(
+    s: ReproduceSettings, workers: int = 1, cluster: str | None = None
+) -> tuple[Stage, ...]:
+    """The stages of `reproduce`, in order."""
+
+    def simulate(folder: Path, progress: Progress) -> None:
+        from demospec.demonstrations import simulate_set, write_set
+        from demospec.reproduction._pictures import draw_samples
+
+        data, truth = simulate_set(
+            catalogue=s.catalogue, demonstrations=9, seed=s.seed, progress=progress
+        )
+        write_set(data, folder / "set", replace_existing=True, documents={"truth.json": truth})
+        draw_samples(data, folder / "samples.png")
+
+    def fit(name: str) -> Callable[[Path, Progress], None]:
+        def work(folder: Path, progress: Progress) -> None:
+            from demospec.files import writing_folder
+            from demospec.specification import fit_model
+
+            model = fit_model(_set(folder).of_split("train"), name, seed=s.seed, progress=progress)
+            with writing_folder(folder / f"model-{name}", replace=True) as temporary:
+                model.save(temporary, replace=True)
+
+        return work
+
+    def accuracy(reading: str) -> Callable[[Path, Progress], None]:
+        def work(folder: Path, progress: Progress) -> None:
+            from demospec.experiments import GridSettings, grid_table, run_grid
+            from demospec.reproduction._pictures import draw_accuracy
+
+            grid = GridSettings(
+                models=s.models if reading == "uniform" else s.models[:1],
+                counts=s.counts,
+                seeds=tuple(range(s.seeds)),
+                catalogue=s.catalogue,
+                reading=reading,  # type: ignore[arg-type]
+            )
+            lines = run_grid(
+                folder / f"grid-{reading}.jsonl", grid,
+                workers=workers, cluster=cluster, progress=progress,
+            )  # fmt: skip
+            table = grid_table(lines)
+            draw_accuracy(table, folder / f"accuracy-{reading}", reading)
+            write_json(folder / f"accuracy-{reading}.json", {"reading": reading, "rows": table})
+
+        return work
+
+    def latent(folder: Path, progress: Progress) -> None:
+        from demospec.reproduction._pictures import draw_latent
+        from demospec.specification import validity_map
+
+        data, models = _set(folder), _models(folder)
+        first = {"seen": "train", "unseen": "test"}
+        parts = {which: data.of_split(split).scenes[0] for which, split in first.items()}
+        maps: dict[str, Any] = {}
+        for done, (which, scene) in enumerate(parts.items()):
+            progress("validity maps", done, len(parts))
+            for name, model in models.items():
+                view = model.see(scene)
+                for type_ in model.types:
+                    maps.setdefault(which, {}).setdefault(name, {})[type_] = validity_map(
+                        view, type_
+                    )
+        draw_latent(parts, maps, folder / "latent")
+        shares = {
+            which: {m: {t: round(v.valid_share, 4) for t, v in ts.items()} for m, ts in ms.items()}
+            for which, ms in maps.items()
+        }
+        write_json(folder / "latent.json", {"valid_share_of_the_plane": shares})
+
+    def repairs(folder: Path, progress: Progress) -> None:
+        from demospec.experiments import repair_study
+        from demospec.reproduction._pictures import draw_repairs
+
+        data, out = _set(folder), {}
+        scenes = data.of_split("test").scenes
+        for name, model in _models(folder).items():
+            out[name] = {
+                str(particles): repair_study(
+                    model, scenes, _truth(folder),
+                    starts=s.starts, particles=particles, seed=s.seed, progress=progress,
+                )
+                for particles in (1, s.particles)
+            }  # fmt: skip
+        draw_repairs(data, out, folder / "repairs")
+        write_json(folder / "repairs.json", out)
+
+    def causes(folder: Path, progress: Progress) -> None:
+        from demospec.causal import Settings, find_causes
+        from demospec.report import save_causal_picture
+
+        out, scenes = {}, _set(folder).of_split("train").scenes
+        for name, model in _models(folder).items():
+            found = find_causes(model, scenes, settings=Settings(seed=s.seed), progress=progress)
+            save_causal_picture(found, folder / f"causes-{name}.png")
+            out[name] = found.to_json()
+        write_json(folder / "causes.json", out)
+
+    def parameters(folder: Path, progress: Progress) -> None:
+        from demospec.report import draw_transition
+        from demospec.reproduction._participants import participants_study, transition_study
+
+        document = participants_study(s.demonstrations, s.seed, progress)
+        document["transition"] = transition_study(s.demonstrations, s.resamples, s.seed, progress)
+        draw_transition(document["transition"], folder / "transition.png")
+        write_json(folder / "parameters.json", document)
+
+    def plans(folder: Path, progress: Progress) -> None:
+        from demospec.experiments import plan_study
+        from demospec.reproduction._pictures import draw_plans
+        from demospec.rules import learn_rules, rules_document
+
+        data = _set(folder)
+        learned = learn_rules(data.of_split("train"), progress=progress)
+        write_json(folder / "rules.json", rules_document(learned))
+        document = plan_study(learned, data.of_split("test").scenes, _truth(folder), progress)
+        draw_plans(data, learned, document, folder / "plans.png")
+        write_json(folder / "plans.json", document)
+
+    def robot(folder: Path, progress: Progress) -> None:
+        progress("robot", 0, 1)
+        write_json(folder / "robot.json", _execute(folder))
+        progress("robot", 1, 1)
+
+    def page(folder: Path, progress: Progress) -> None:
+        from demospec.report import write_html
+        from demospec.reproduction._page import build_page
+        from demospec.reproduction._tables import write_tables
+
+        progress("writing the page", 0, 1)
+        write_tables(folder)
+        write_html(build_page(folder, s), folder / "reproduction.html")
+        progress("writing the page", 1, 1)
+
+    every = asdict(s)
+    grid = {k: every[k] for k in ("seeds", "counts", "models", "catalogue")}
+    fits = ("model-paper", "model-field")
+    mine = {"starts": s.starts, "particles": s.particles}
+    rule = {"demonstrations": s.demonstrations, "resamples": s.resamples, "seed": s.seed}
+    made = (
+        "latent.json", "repairs.json", "causes.json", "parameters.json", "plans.json",
+        "robot.json", *(f"accuracy-{r}.json" for r in READINGS),
+    )  # fmt: skip
+    return (
+        Stage("set", "simulate demonstrations", simulate, {"c": s.catalogue, "seed": s.seed}),
+        Stage("model-paper", "fit the paper's model", fit("paper"), {}, ("set",)),
+        Stage("model-field", "fit the field model", fit("field"), {}, ("set",)),
+        Stage("latent.json", "validity maps", latent, {}, ("set", *fits)),
+        Stage("repairs.json", "repair", repairs, mine, ("set", *fits)),
+        Stage("causes.json", "causes", causes, {}, ("set", *fits)),
+        Stage("parameters.json", "rule parameters", parameters, rule),
+        Stage("plans.json", "plans", plans, {}, ("set",)),
+        Stage("robot.json", "robot", robot, {"robot": _has_robot()}, ("set", "plans.json")),
+        *(Stage(f"accuracy-{r}.json", f"accuracy, {r}", accuracy(r), grid) for r in READINGS),
+        Stage("reproduction.html", "write the page", page, {}, made),
+    )
+
+
+def _set(folder: Path) -> Any:
+    from demospec.demonstrations import pictures_in_memory, read_set
+
+    return pictures_in_memory(read_set(folder / "set"))
+
+
+def _truth(folder: Path) -> Any:
+    from demospec.rules import read_rules
+
+    return read_rules(folder / "set" / "truth.json")
+
+
+def _models(folder: Path) -> dict[str, Any]:
+    """The networks, shown pictures only, and the truth."""
+    from demospec.experiments import PicturesOnly
+    from demospec.specification import load_model
+
+    networks = {n: PicturesOnly(load_model(folder / f"model-{n}")) for n in ("paper", "field")}
+    return {**networks, "truth": _truth(folder)}
+
+
+def _has_robot() -> bool:
+    return all(importlib.util.find_spec(name) for name in ("mujoco", "mink"))
+
+
+def _execute(folder: Path) -> dict[str, Any]:
+    """One plan carried out by the PR2, or why not."""
+    if not _has_robot():
+        return {"skipped": "pip install 'demospec[robot]' brings the robot"}
+    from demospec.execution import execute_plan, save_strip
+    from demospec.planning import plan_path
+    from demospec.rules import read_rules
+
+    rules, scenes = read_rules(folder / "rules.json"), _set(folder).of_split("test").scenes
+    reasons = []
+    for scene in scenes[:5]:
+        plan = plan_path(rules, scene, "careful", allowance=0.5)
+        if not plan.found:
+            continue
+        rollout = execute_plan(plan, scene, _truth(folder))
+        if rollout.status != "done":
+            reasons.append(f"{scene.scene_id}: {rollout.reason}")
+            continue
+        document = rollout.to_json()
+        try:
+            save_strip(rollout, plan, scene, folder / "robot.png")
+        except DemospecError as error:  # no EGL: the numbers are worth keeping
+            document["no_picture"] = str(error)
+        return {"rollout": document, "unreachable": reasons}
+    return {"skipped": "no plan of five scenes is reachable: " + "; ".join(reasons)}

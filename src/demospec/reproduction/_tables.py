@@ -1,0 +1,111 @@
+"""The numbers of a reproduction as CSV: one file a table, and one with all in long form."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+from demospec.files import read_json, writing_file
+
+Row = Sequence[Any]
+
+
+def write_tables(folder: Path) -> None:
+    """Writes accuracy, repair, causal, parameter and plan tables, and ``results.csv``."""
+    long: list[Row] = []
+    for name, header, rows in _tables(folder):
+        kept = [list(row) for row in rows]
+        _write(folder / f"{name}.csv", header, kept)
+        keys = [i for i, h in enumerate(header) if not h.startswith("=")]
+        for row in kept:
+            about = "; ".join(f"{header[i]} {row[i]}" for i in keys)
+            long += [(name, about, h[1:], row[i]) for i, h in enumerate(header) if h[0] == "="]
+    _write(folder / "results.csv", ("table", "row", "quantity", "value"), long)
+
+
+def _write(path: Path, header: Sequence[str], rows: Iterable[Row]) -> None:
+    with (
+        writing_file(path) as temporary,
+        temporary.open("w", newline="", encoding="utf-8") as stream,
+    ):
+        writer = csv.writer(stream)
+        writer.writerow([h.removeprefix("=") for h in header])
+        writer.writerows(["" if v is None else v for v in row] for row in rows)
+
+
+def _tables(folder: Path) -> Iterable[tuple[str, tuple[str, ...], Iterable[Row]]]:
+    """Name, header (measured quantities marked with ``=``) and rows."""
+    for reading in ("uniform", "clustered"):
+        rows = read_json(folder / f"accuracy-{reading}.json")["rows"]
+        measured = (
+            "accuracy_seen", "majority_seen", "bacc_seen", "bacc_seen_far",
+            "accuracy_unseen", "majority_unseen", "bacc_unseen", "bacc_unseen_far",
+        )  # fmt: skip
+        header = ("model", "n", "type", "fits", *(f"={m}" for m in measured))
+        yield (
+            f"accuracy-{reading}",
+            header,
+            ([r[h.removeprefix("=")] for h in header] for r in rows),
+        )
+    repairs = read_json(folder / "repairs.json")
+    yield (
+        "repairs",
+        (
+            "model",
+            "particles",
+            "type",
+            "n",
+            "=repaired_by_truth",
+            "=accepted_by_model",
+            "=moved_px",
+        ),
+        (
+            [m, k, t, v["n"], v["repaired_by_truth"], v["accepted_by_model"], v["moved_px"]]
+            for m, by in repairs.items()
+            for k, types in by.items()
+            for t, v in types.items()
+        ),
+    )
+    causes = read_json(folder / "causes.json")
+    yield (
+        "causes",
+        ("model", "type", "symbol", "=effect", "=low", "=high", "=p_corrected", "=causal"),
+        (
+            [m, e["type"], e["symbol"], e["effect"], *(e["interval"] or (None, None)),
+             e["p_corrected"], e["causal"]]
+            for m, found in causes.items()
+            for e in found["effects"]
+        ),
+    )  # fmt: skip
+    people = read_json(folder / "parameters.json")["participants"]
+    yield (
+        "parameters",
+        (
+            "participant",
+            "parameter",
+            "=truth",
+            "=at_least_L",
+            "=at_greatest_L",
+            "=hull_low",
+            "=hull_high",
+        ),
+        (row for person in people for row in _person(person)),
+    )
+    plans = read_json(folder / "plans.json")["plans"]
+    yield (
+        "plans",
+        ("scene", "type", "status", "=length_px", "=keeps_true_rule"),
+        ([p["scene"], p["type"], p["status"], p.get("length"), p.get("true_obeys")] for p in plans),
+    )
+
+
+def _person(person: dict[str, Any]) -> Iterable[Row]:
+    answer, truth = person["answer"], person["truth"]
+    low, high, hull = answer["min"], answer["max"], answer["hull"]
+    number = person["participant"]
+    yield [number, "T_min", truth["T_min"], low["T_min"], high["T_min"], *hull["T_min"]]
+    for name, radius in zip(low["T_object"], truth["radius"], strict=True):
+        ends = [e["T_min"] + e["T_object"][name] for e in (low, high)]
+        yield [number, f"radius of {name}", radius, *ends, *hull["radius"][name]]
