@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -117,3 +118,25 @@ def test_report_of_a_damaged_run_is_one_line(run: Path, tmp_path: Path) -> None:
     (broken / "plans.json").write_text(json.dumps({"plans": [{}]}))
     with pytest.raises(InputError, match="documents as this version writes them"):
         build_report(broken)
+
+
+def test_the_report_asks_for_the_next_demonstration(run: Path) -> None:
+    questions = read_json(run / "query.json")
+    assert set(questions) == {"careful", "normal", "aggressive"}
+    section = next(s for s in build_report(run).sections if s.anchor == "sure")
+    captions = " ".join(getattr(b, "caption", "") + getattr(b, "words", "") for b in section.blocks)
+    asked = [q for q in questions.values() if q["status"] == "ask"]
+    assert ("What to demonstrate next" in captions) == bool(asked)
+
+
+def test_a_report_of_what_single_commands_wrote(run: Path, tmp_path: Path) -> None:
+    """No run.json: one model's causes and one question, as `--out` writes them."""
+    shutil.copytree(run / "set", tmp_path / "set")
+    shutil.copy(run / "rules.json", tmp_path)
+    causes = next(iter(read_json(run / "causes.json").values()))
+    (tmp_path / "causes.json").write_text(json.dumps(causes))
+    question = {**read_json(run / "query.json")["careful"], "type": "careful"}
+    (tmp_path / "query.json").write_text(json.dumps(question))
+    titles = [s.title for s in build_report(tmp_path).sections]
+    assert titles[0] == "What was demonstrated"
+    assert "How sure that is" in titles

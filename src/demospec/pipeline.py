@@ -107,6 +107,15 @@ def demo_stages(s: DemoSettings) -> tuple[Stage, ...]:
             folder / "audit.json", audit_set(_sets(folder)["train"], progress=progress).to_json()
         )
 
+    def query(folder: Path, progress: Progress) -> None:
+        from demospec.rules import query_set
+
+        train, found = _sets(folder)["train"], {}
+        for i, type_ in enumerate(train.types):
+            progress("what to ask next", i, len(train.types))
+            found[type_] = query_set(train, type=type_, seed=s.seed).to_json()
+        write_json(folder / "query.json", found)
+
     def causes(folder: Path, progress: Progress) -> None:
         from demospec.causal import Settings, find_causes
 
@@ -144,6 +153,7 @@ def demo_stages(s: DemoSettings) -> tuple[Stage, ...]:
 
         progress("writing the report", 0, 1)
         write_html(build_report(folder), folder / "report.html")
+        progress("writing the report", 1, 1)
 
     return (
         Stage("set", "simulate demonstrations", simulate, every),
@@ -151,12 +161,13 @@ def demo_stages(s: DemoSettings) -> tuple[Stage, ...]:
         Stage("accuracy.json", "judge held-out demonstrations", accuracy, {}, ("set", *fits)),
         Stage("rules.json", "learn the rules", rules, {}, ("set",)),
         Stage("audit.json", "look for contradictions", audit, {}, ("set",)),
+        Stage("query.json", "find what to ask next", query, {}, ("set",)),
         Stage("causes.json", "find the causes", causes, {}, ("set", *fits)),
         Stage("plans.json", "plan in unseen scenes", plans, {}, ("set", "rules.json")),
         Stage("repairs.json", "repair rejected trajectories", repairs, {}, ("set", *fits)),
         Stage("report.html", "write the report", report, {}, (
             "accuracy.json", "rules.json", "audit.json", "causes.json", "plans.json",
-            "repairs.json",
+            "repairs.json", "query.json",
         )),
     )  # fmt: skip
 

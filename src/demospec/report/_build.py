@@ -35,8 +35,9 @@ def read_run(folder: Path) -> Run:
     Raises:
         InputError: No run of ours, or a document of it is damaged.
     """
-    if not (folder / "run.json").is_file():
-        raise InputError("a run folder (with run.json)", "none", file=folder)
+    if not (folder / "set").is_dir():
+        expected = "a run folder: a set in set/, and rules.json, causes.json, … beside it"
+        raise InputError(expected, "no folder set", file=folder)
 
     def document(name: str) -> dict[str, Any] | None:
         file = folder / f"{name}.json"
@@ -49,7 +50,14 @@ def read_run(folder: Path) -> Run:
 
     record = document("run") or {}
     names = ("accuracy", "rules", "causes", "plans", "repairs", "audit", "query")
-    return Run(folder, record, read_set(folder / "set"), *(document(n) for n in names))
+    found = {name: document(name) for name in names}
+    # A person's own run holds what the commands wrote with --out: one model, one question.
+    causes, query = found["causes"], found["query"]
+    if causes is not None and "effects" in causes:
+        found["causes"] = {"given": causes}
+    if query is not None and "status" in query:
+        found["query"] = {str(query.get("type") or "anyone"): query}
+    return Run(folder, record, read_set(folder / "set"), **found)
 
 
 def build_report(folder: Path) -> Report:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from demospec.causal import findings_from_document
 from demospec.report._build import Run
 from demospec.report._causal_picture import draw_causal_picture
-from demospec.report._scene_picture import to_png
+from demospec.report._scene_picture import draw_path, draw_scene, new_figure, to_png
 from demospec.report._view import Block, Figure, Section, Table, Text, bracket, number
 
 
@@ -63,6 +65,7 @@ def _causal_table(name: str, findings: dict[str, Any]) -> Table:
         "truth": "According to the rule that made the labels (for comparison)",
         "paper": "According to the paper's model",
         "field": "According to the field model",
+        "given": "According to the given model",
     }.get(name, f"According to {name}")
     return Table(
         ("type", "P(valid) before", *(f"+ {s}" for s in symbols), "placebo"),
@@ -99,17 +102,27 @@ def sure(run: Run) -> Section | None:
         ),
     ]
     if run.query is not None:
+        asked = {t: q for t, q in run.query.items() if q.get("status") == "ask"}
         for type_, question in run.query.items():
             if question.get("status") == "settled":
                 blocks.append(Text(f"{type_}: settled; no further demonstration would tell more."))
-            elif question.get("status") == "ask":
-                blocks.append(
-                    Text(
-                        f"{type_}: the most informative next demonstration is in scene "
-                        f"{question['scene']} (about {question['bits']:.2f} bits)."
-                    )
-                )
+        if asked:
+            blocks.append(_questions(run, asked))
     return Section("sure", "How sure that is", tuple(blocks))
+
+
+def _questions(run: Run, asked: dict[str, Any]) -> Figure:
+    """The demonstration that would tell most, for each type that has one."""
+    figure, axes = new_figure(len(asked))
+    for ax, (type_, question) in zip(axes, asked.items(), strict=True):
+        scene = run.data.scene(str(question["scene"]))
+        draw_scene(ax, scene, f"{type_}: scene {scene.scene_id}, {question['bits']:.2f} bits")
+        draw_path(ax, np.array(question["points"], dtype=float)[:, :2], None)
+    caption = (
+        "What to demonstrate next: show this path and ask whether it is acceptable. One bit "
+        "halves what the demonstrations leave open."
+    )
+    return Figure(to_png(figure), caption, "Paths to ask about, drawn over their scenes")
 
 
 def doubts(run: Run) -> Section | None:

@@ -209,6 +209,9 @@ def _repair_picture(run: Run) -> Figure | None:
 def computed(run: Run) -> Section:
     """Command, seed, versions, seconds."""
     r = run.record
+    if not r:
+        words = "This page was put together from documents that commands wrote into this folder."
+        return Section("computed", "How this was computed", (Text(words),))
     stages = r.get("stages", {})
     rows = [(s.get("title", name), f"{s['seconds']:.1f}") for name, s in stages.items()]
     versions = ", ".join(f"{k} {v}" for k, v in r.get("versions", {}).items())
