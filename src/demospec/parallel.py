@@ -144,9 +144,29 @@ def _fan_out(
                 raise
             raise DemospecError(f"the cluster gave up on a task: {_one_line(error)}") from None
         finally:
+            if first < len(tasks):
+                _quiet_manager_thread()
             with warnings.catch_warnings():  # joblib counts the tasks that were dropped
                 warnings.simplefilter("ignore")
                 results.close()
+
+
+_report_of_threads = threading.excepthook
+
+
+def _quiet_manager_thread() -> None:
+    """Says nothing of a task that loky's own thread misses after its tasks were dropped.
+
+    The thread may be handing out a task at the moment in which stopping early takes all tasks
+    away from it; it then ends with a KeyError, which is what stopping means.
+    """
+
+    def report(about: threading.ExceptHookArgs) -> None:
+        name = "" if about.thread is None else about.thread.name
+        if not (name == "ExecutorManagerThread" and about.exc_type is KeyError):
+            _report_of_threads(about)
+
+    threading.excepthook = report
 
 
 class _Call:
