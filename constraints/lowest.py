@@ -1,6 +1,6 @@
 """Prints constraints that pin every direct dependency to the lower bound that we claim.
 
-    python constraints/lowest.py [EXTRA ...] > lowest.txt && pip install -c lowest.txt .
+python constraints/lowest.py [EXTRA ...] > lowest.txt && pip install -c lowest.txt .
 """
 
 from __future__ import annotations

@@ -14,6 +14,7 @@ from rules_problems import pixel_problem, random_problem
 
 import demospec.rules._exact as exact
 from demospec.rules import Bounds, RuleObject, RuleProblem, RuleScene, RuleTrajectory, solve
+from demospec.rules._cpsat import ENUMERATED
 
 DATA = Path(__file__).parent / "data"
 
@@ -67,6 +68,8 @@ def test_encodings_agree_with_brute_force_on_two_thousand(part):
     for seed in range(1000 + 125 * part, 1125 + 125 * part):
         problem = random_problem(seed)
         expected = answer_of(problem)
+        if expected["n_feasible"] > ENUMERATED:  # not counted, and said so
+            del expected["n_feasible"]
         assert_same(solve(problem, "direct", listed=10**6), expected, f"direct, seed {seed}")
         if problem.reading in ("sum", "nearest"):
             assert_same(solve(problem, "step", listed=10**6), expected, f"step, seed {seed}")

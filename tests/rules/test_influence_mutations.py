@@ -34,12 +34,12 @@ MUTATIONS = [
     ("_measure", "(isqrt(four.numerator // four.denominator) + 1) // 2",
      "isqrt(four.numerator // four.denominator) // 2", "direct"),
     ("_domain", "(floor >= limit)", "(floor >= limit - 1)", "exact"),
-    ("_domain", "room = limit - 1 - floor", "room = limit - 2 - floor", "exact"),
+    ("_domain", "room = (limit - 1) - floor", "room = (limit - 2) - floor", "exact"),
     ("_domain", "ceiling < limit)", "ceiling <= limit)", "exact"),
-    ("_domain", "*(c - 1 for c in good)", "*good", "exact"),
+    ("_domain", "int(nearest.min()) - 1)", "int(nearest.min()))", "exact"),
     ("_sweep", 'side="left")[::-1]', 'side="right")[::-1]', "exact"),
     ("_sweep", 'T, side="right")', 'T, side="left")', "exact"),
-    ("_sweep", "np.maximum(T + c, self.low)", "np.maximum(T + c + 1, self.low)", "exact"),
+    ("_sweep", "np.maximum(least, self.low)", "np.maximum(least + 1, self.low)", "exact"),
     ("_boxes", "floor[:, :v] >= limit", "floor[:, :v] > limit", "search"),
     ("_boxes", "ceiling[:, v:] < limit", "ceiling[:, v:] <= limit", "search"),
     ("_search", "self.rows.closest <= boxes.T_low", "self.rows.closest < boxes.T_low", "search"),
@@ -61,6 +61,11 @@ MUTATIONS = [
     ("_cpsat_steps", "encoding.T_min <= level - 1", "encoding.T_min <= level", "step"),
     ("_cpsat_steps", "low + 1 + int(step)", "low + int(step)", "step"),
     ("_count", "for s in range(length)", "for s in range(length - 1)", "search"),
+    ("_measure", "level, penalty = np.ceil(root)", "level, penalty = np.floor(root)", "exact"),
+    ("_measure", "np.floor(root * scale + 0.5)", "np.floor(root * scale)", "exact"),
+    ("_steps", "nearest <= reach * reach)", "nearest < reach * reach)", "exact"),
+    ("_steps", "squares <= reach * reach)", "squares < reach * reach)", "exact"),
+    ("_steps", "level[nearest[near]]", "level[nearest[near]] + 1", "exact"),
 ]  # fmt: skip
 
 
@@ -117,13 +122,15 @@ def edges():
     """One object, one trajectory: d = T, Σ = F_max, Σ = F_max − 1, halves."""
     scene = RuleScene((RuleObject("a", "a", (0.0, 0.0)),))
     for points, F_max in itertools.product(
-        ([[3, 4]], [[0, 7]], [[2.5, 0]], [[0, 3], [0, 7]]), (3, 4, 5, 7, 8)
+        ([[3, 4]], [[0, 7]], [[2.5, 0]], [[0, 3], [0, 7]], [[2, 2]], [[5, 12]]),
+        (3, 4, 5, 7, 8),
     ):
         for valid in (True, False):
             for bounds in (
                 Bounds((1, 1), (1, 12)),
                 Bounds((1, 9), (2, 4)),
                 Bounds((1, 1), (9, 12)),
+                Bounds((1, 13), (0, 0)),
             ):
                 path = RuleTrajectory(0, valid, np.array(points, dtype=float))
                 yield RuleProblem((scene,), (path,), F_max, 1, bounds=bounds)
@@ -157,7 +164,7 @@ def notices(rules, battery, engine) -> bool:
     return False
 
 
-QUICK = {0, 2, 5, 7, 9, 12, 16, 18, 21, 24}
+QUICK = {0, 2, 5, 7, 9, 12, 16, 18, 21, 24, 29, 30}
 """Mutations tried every time: strictness, rounding, ceil, half a reification; the rest is slow."""
 
 

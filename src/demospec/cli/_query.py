@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from demospec.cli._common import Json, Out, Seed, print_json, print_table, save_json
+from demospec.cli._common import Json, Out, Seed, print_json, print_table, save_json, say
 
 
 def query(
@@ -33,6 +33,8 @@ def query(
         answer = query_set(read_set(path), type=type, pool=pool, seed=seed)
     else:
         answer = query_file(path, error_rate=error_rate, pool=pool, seed=seed)
+    if answer.warning:
+        say(f"warning: {path}: {answer.warning}")
     document = answer.to_json()
     save_json(document, out)
     if json:

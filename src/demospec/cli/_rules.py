@@ -279,6 +279,9 @@ def _problems(
         for i, path in enumerate(paths):
             answers.append(answer_problem(path, settings, **options))
             progress("problems", i + 1, len(paths))
+    for path, answer in zip(paths, answers, strict=True):
+        for note in answer.notes:
+            say(f"warning: {path}: {note}")
     documents = [answer.document for answer in answers]
     document: Any = documents[0] if len(paths) == 1 else documents
     save_json(document, out)

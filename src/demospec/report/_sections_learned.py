@@ -20,30 +20,42 @@ def cares(run: Run) -> Section | None:
     blocks: list[Block] = []
     for type_, rule in (run.rules or {}).get("types", {}).items():
         blocks.append(Text(f"{type_}: {rule['sentence']}", emphasis=True))
-    for name, findings in (run.causes or {}).items():
-        blocks.append(_causal_table(name, findings))
     if run.causes:
-        blocks.append(
-            Text(
-                "An effect is the mean change of the probability that a random path is accepted "
-                "when one more such item is put on the table. It is called causal (bold) only "
-                "where the corrected p-value is below 0.05 and the effect is at least the stated "
-                "minimum: a deterministic model responds to everything a little, and a paired "
-                "test alone would reject many true nulls. The placebo is a moved patch of bare "
-                "table; it has to come out null."
-            )
-        )
-        name = "field" if "field" in run.causes else next(iter(run.causes))
+        # The reader's model first, with its picture; what to compare it with comes last.
+        order = sorted(run.causes, key=lambda name: _RANK.get(name, 0))
+        first = order[0]
         blocks.append(
             Figure(
-                to_png(draw_causal_picture(findings_from_document(run.causes[name]))),
-                f"Effects of adding each symbol according to the {name} model, with 95 % "
-                "intervals over scenes, and the causal graph: the symbols that reach the verdict "
-                "V are drawn thick.",
+                to_png(draw_causal_picture(findings_from_document(run.causes[first]))),
+                f"What happens when one more item is put on the table, {_source(first)}: mean "
+                "change of the chance that a random path is accepted, with 95 % intervals over "
+                "scenes. Below, the causal graph: what reaches the verdict V is drawn thick.",
                 "Dot plot of causal effects with intervals and a causal graph, per type.",
             )
         )
+        blocks += [_causal_table(name, run.causes[name]) for name in order]
+        blocks.append(
+            Text(
+                "An effect is called causal (bold) only where the corrected p-value is below 0.05 "
+                "and the effect is at least the stated minimum: a deterministic model responds "
+                "to everything a little, and a paired test alone would reject many true nulls. "
+                "The placebo is a moved patch of bare table; it has to come out null."
+            )
+        )
     return Section("cares", "What the demonstrators care about", tuple(blocks))
+
+
+_RANK = {"given": 0, "field": 1, "paper": 2, "truth": 3}
+
+
+def _source(name: str) -> str:
+    """Whose opinion a causal table is."""
+    return {
+        "truth": "according to the rule that made the labels (for comparison)",
+        "paper": "according to the paper's model",
+        "field": "according to the field model",
+        "given": "according to the given model",
+    }.get(name, f"according to {name}")
 
 
 def _causal_table(name: str, findings: dict[str, Any]) -> Table:
@@ -61,16 +73,11 @@ def _causal_table(name: str, findings: dict[str, Any]) -> Table:
                 marked.add((i, j + 2))
         row.append(number(placebo[type_]["effect"]) if type_ in placebo else "–")
         rows.append(tuple(row))
-    what = {
-        "truth": "According to the rule that made the labels (for comparison)",
-        "paper": "According to the paper's model",
-        "field": "According to the field model",
-        "given": "According to the given model",
-    }.get(name, f"According to {name}")
     return Table(
         ("type", "P(valid) before", *(f"+ {s}" for s in symbols), "placebo"),
         tuple(rows),
-        caption=f"{what}: change of the probability of validity, n = {findings['n_scenes']} scenes",
+        caption=f"Change of the probability of validity {_source(name)}, "
+        f"n = {findings['n_scenes']} scenes",
         marked=frozenset(marked),
         note=" ".join(findings["sentences"]),
     )
@@ -105,7 +112,9 @@ def sure(run: Run) -> Section | None:
         asked = {t: q for t, q in run.query.items() if q.get("status") == "ask"}
         for type_, question in run.query.items():
             if question.get("status") == "settled":
-                blocks.append(Text(f"{type_}: settled; no further demonstration would tell more."))
+                blocks.append(
+                    Text(f"{type_}: nothing left to ask, as far as these rules can tell.")
+                )
         if asked:
             blocks.append(_questions(run, asked))
     return Section("sure", "How sure that is", tuple(blocks))

@@ -13,7 +13,7 @@ from demospec.report._scene_picture import (
     new_figure,
     to_png,
 )
-from demospec.report._view import Block, Figure, Section, Table, Text, bracket, percent
+from demospec.report._view import Block, Figure, Section, Table, Text, bracket, percent, share
 
 
 def plans(run: Run) -> Section | None:
@@ -32,8 +32,8 @@ def plans(run: Run) -> Section | None:
                 type_,
                 str(len(mine)),
                 str(len(found)),
-                f"{sum(p['obeys'] for p in found)} / {len(found)}",
-                f"{sum(bool(p.get('true_obeys')) for p in found)} / {len(found)}",
+                share(sum(p["obeys"] for p in found), len(found)),
+                _true_share(found),
                 f"{np.mean(ratio):.3f}" if ratio else "–",
                 f"{max(ratio):.3f}" if ratio else "–",
             )
@@ -51,12 +51,17 @@ def plans(run: Run) -> Section | None:
             Text(
                 "Paths planned in scenes that no demonstration was shown in, keeping the upper "
                 "end of every clearance. Whether they keep the true rule is decided by the rule "
-                "that made the labels."
+                "that made the labels. Brackets: 95 % interval of the share, one plan a scene."
             ),
             Table(header, tuple(rows), note=f"Without a plan: {reasons}." if reasons else ""),
             _plan_pictures(run, types),
         ),
     )
+
+
+def _true_share(found: list[dict[str, Any]]) -> str:
+    judged = [p for p in found if "true_obeys" in p]
+    return share(sum(p["true_obeys"] for p in judged), len(judged)) if judged else "not known"
 
 
 def _plan_pictures(run: Run, types: list[str]) -> Figure:
@@ -121,14 +126,36 @@ def accuracy(run: Run) -> Section | None:
             Text(
                 "Share of held-out demonstrations judged as their demonstrator labelled them. "
                 "Seen scenes (new paths over training pictures) and unseen scenes (new "
-                "pictures with unseen items) are different questions. The paper's model tells "
-                "scenes apart by their whole picture, so on unseen scenes it has little to go "
-                "by: expect it near 50 % balanced accuracy there. 50 % is guessing; a type that "
-                "accepts everything cannot be scored (undefined: one class)."
+                "pictures with unseen items) are different questions. 50 % balanced accuracy is "
+                "guessing; a type that accepts everything cannot be scored (undefined: one class)."
+            ),
+            *(
+                Text(_in_words(m, sets["unseen"]))
+                for m, sets in run.accuracy.items()
+                if "unseen" in sets
             ),
             Table(header, tuple(rows)),
         ),
     )
+
+
+def _in_words(model: str, types: dict[str, Any]) -> str:
+    """One sentence on unseen scenes, chosen by where each type's interval lies."""
+    groups: dict[str, list[str]] = {}
+    for type_, s in types.items():
+        value = s.get("balanced_accuracy")
+        if value is None:
+            continue
+        low, high = s["interval"]
+        verdict = (
+            "is worse than guessing" if high < 0.5
+            else "cannot be told from guessing" if low <= 0.5
+            else "is better than guessing" if low < 0.8
+            else "is right about most paths"
+        )  # fmt: skip
+        groups.setdefault(verdict, []).append(f"{type_} ({percent(value)})")
+    said = "; ".join(f"{verdict} for {', '.join(who)}" for verdict, who in groups.items())
+    return f"In unseen scenes the {model} model {said or 'cannot be scored: one class only'}."
 
 
 def _balanced(s: dict[str, Any]) -> str:
@@ -145,21 +172,20 @@ def repairs(run: Run) -> Section | None:
         for which, types in sets.items():
             for type_, r in types.items():
                 if r["vacuous"]:
-                    rows.append((model, which, type_, "0", "vacuous", "–", "–"))
+                    rows.append((model, which, type_, "vacuous, n\u00a0=\u00a00", "–", "–"))
                     continue
                 rows.append(
                     (
                         model,
                         which,
                         type_,
-                        str(r["n"]),
-                        percent(r["repaired_by_truth"]),
+                        share(round(r["n"] * r["repaired_by_truth"]), r["n"]),
                         percent(r["accepted_by_model"]),
                         f"{r['moved_px']:.1f}",
                     )
                 )
     header = (
-        "model", "scenes", "type", "starts", "valid by the true rule",
+        "model", "scenes", "type", "valid by the true rule",
         "valid in the model's own opinion", f"moved ({run.data.units})",
     )  # fmt: skip
     blocks: list[Block] = [
@@ -167,7 +193,8 @@ def repairs(run: Run) -> Section | None:
             "Random paths that the true rule rejects, changed by gradient steps on the model "
             "until it accepts them (one particle, 30 steps, as in the paper). Judged by the true "
             "rule; the model's own opinion stands beside it. A type without invalid paths has "
-            "nothing to repair: vacuous."
+            "nothing to repair: vacuous. Brackets: 95 % interval, as if starts of one scene were "
+            "independent."
         ),
         Table(header, tuple(rows)),
     ]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from demospec.report._build import Run
 from demospec.report._scene_picture import demonstrations_picture
-from demospec.report._view import Block, Figure, Section, Table, Text, percent
+from demospec.report._view import Block, Figure, Section, Table, Text, share
 
 
 def shown(run: Run) -> Section:
@@ -24,7 +24,7 @@ def shown(run: Run) -> Section:
                 str(len(mine)),
                 str(train),
                 str(len(mine) - train),
-                percent(sum(valid) / len(valid)) if valid else "not labelled",
+                share(sum(valid), len(valid)) if valid else "not labelled",
             )
         )
     header = ("type of user", "demonstrations", "in training scenes", "in other scenes", "accepted")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -59,6 +60,21 @@ class Report:
 def percent(value: float | None, digits: int = 1) -> str:
     """``97.3 %``, or a dash."""
     return "–" if value is None else f"{100 * value:.{digits}f} %"
+
+
+def wilson(hits: float, n: int, z: float = 1.959964) -> tuple[float, float]:
+    """95 % interval of a share of `n` independent trials (Wilson's, which never leaves 0 to 1)."""
+    p, half = hits / n, z * math.sqrt(hits * (n - hits) / n**3 + (z / (2 * n)) ** 2)
+    middle, size = p + z * z / (2 * n), 1 + z * z / n
+    return max(0.0, (middle - half) / size), min(1.0, (middle + half) / size)
+
+
+def share(hits: float, n: int) -> str:
+    """``97.5 % [86.8, 99.9], n = 40``, or a dash where nothing was tried."""
+    if n == 0:
+        return "–"
+    low, high = wilson(hits, n)
+    return f"{percent(hits / n)} {bracket((100 * low, 100 * high))}, n\u00a0=\u00a0{n}"
 
 
 def number(value: float | None, digits: int = 2) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from demospec.errors import InputError
@@ -22,12 +22,14 @@ class ProblemAnswer:
         document: JSON.
         header, rows: The same as a table for people.
         sentences: In plain words.
+        notes: What in the file was not read.
     """
 
     document: dict[str, Any]
     header: tuple[str, ...]
     rows: tuple[tuple[Any, ...], ...]
     sentences: tuple[str, ...]
+    notes: tuple[str, ...] = ()
 
 
 def answer_problem(
@@ -45,17 +47,21 @@ def answer_problem(
         InputError: Naming file and field.
     """
     from demospec.files import read_json
+    from demospec.rules._problem_fields import unread_note
 
     document = read_json(path)
     try:
         if not isinstance(document, dict):
             raise InputError("a rule problem (an object {…})", document)
         family = document.get("family", "influence")
-        if family == "clearance":
-            return _clearance(document)
-        if family != "influence":
+        if family not in ("influence", "clearance"):
             raise InputError("influence or clearance", family, field="family")
-        return _influence({**document, **(settings or {})}, options)
+        note = unread_note(document, family)
+        if family == "clearance":
+            answer = _clearance(document)
+        else:
+            answer = _influence({**document, **(settings or {})}, options)
+        return replace(answer, notes=(note,) if note else ())
     except InputError as error:
         raise error.at(file=path) from error
 

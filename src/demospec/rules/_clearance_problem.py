@@ -16,6 +16,7 @@ from demospec.frames import FloatArray
 from demospec.rules._clearance import ClearanceFit, fit_clearance
 from demospec.rules._clearance_distance import Distance, nearest_approach
 from demospec.rules._clearance_posterior import Sharing
+from demospec.rules._problem_fields import unread_fields
 from demospec.scene import Disc, Polygon, Scene, SceneObject
 
 
@@ -130,6 +131,7 @@ def clearance_problem_from_document(document: Any) -> ClearanceProblem:
     top = _mapping(document, "a rule problem (an object {…})", None)
     if top.get("family") != "clearance":
         raise InputError("family clearance", top.get("family"), field="family")
+    unread_fields(top, "clearance")
     distance = _choice(top.get("distance", "footprint"), ("footprint", "center"), "distance")
     sharing = _choice(top.get("sharing", "average"), ("average", "shared", "separate"), "sharing")
     for name in ("scenes", "trajectories"):

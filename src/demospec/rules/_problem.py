@@ -20,6 +20,7 @@ import numpy as np
 from demospec.errors import InputError
 from demospec.frames import FloatArray
 from demospec.rules._features import feature_named
+from demospec.rules._problem_fields import unread_fields
 
 Reading = Literal["sum", "nearest", "nearest_active", "max_active", "first"]
 Penalty = Literal["distance", "hinge", "count"]
@@ -271,6 +272,7 @@ def problem_from_document(document: Any) -> RuleProblem:
     family = top.get("family", "influence")
     if family != "influence":
         raise InputError("family influence", family, field="family")
+    unread_fields(top, "influence")
     distance = top.get("distance", "center")
     if distance != "center":
         raise InputError(

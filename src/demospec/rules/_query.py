@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from demospec.errors import InputError
 from demospec.frames import FloatArray
 from demospec.rules._clearance_problem import ClearanceProblem
 from demospec.rules._problem import RuleProblem
+from demospec.rules._problem_fields import unread_note
 from demospec.rules._query_probes import Place, Probe, draw_probe
 from demospec.rules._query_sets import (
     BoolArray,
@@ -52,6 +53,7 @@ class Query:
         exact: Whether the numbers are counts; else they are estimates from a sample.
         note: In words.
         type: User type that the question is for, for a demonstration set.
+        warning: What of the problem file was not read; not part of the document.
     """
 
     status: str
@@ -65,6 +67,7 @@ class Query:
     exact: bool = True
     note: str = ""
     type: str | None = None
+    warning: str | None = None
 
     def to_json(self) -> dict[str, Any]:
         """The JSON document of ``demospec query``."""
@@ -186,7 +189,9 @@ def query_file(
             problem = clearance_problem_from_document(document)
         else:
             problem = problem_from_document(document)
-        return next_query(problem, error_rate=error_rate, pool=pool, seed=seed)
+        warning = unread_note(document, "clearance" if family == "clearance" else "influence")
+        query = next_query(problem, error_rate=error_rate, pool=pool, seed=seed)
+        return replace(query, warning=warning)
     except InputError as error:
         raise error.at(file=path) from error
 

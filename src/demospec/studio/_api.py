@@ -44,6 +44,16 @@ def register(workbench: Workbench) -> None:
 
     from demospec.studio._frame import page_frame
 
+    document = openapi(install(app, workbench))
+
+    @ui.page("/docs", title="API · demospec")
+    def docs() -> None:
+        with page_frame("API", "docs"):
+            ui.html(docs_html(document), sanitize=False).classes("api-docs")
+
+
+def install(app: Any, workbench: Workbench) -> Any:
+    """Adds the end points to a FastAPI application; returns their router."""
     router = build_router(workbench)
     app.include_router(router)
 
@@ -51,12 +61,7 @@ def register(workbench: Workbench) -> None:
         return JSONResponse({"detail": str(error)}, status_code=422)
 
     app.add_exception_handler(InputError, refuse)
-    document = openapi(router)
-
-    @ui.page("/docs", title="API · demospec")
-    def docs() -> None:
-        with page_frame("API", "docs"):
-            ui.html(docs_html(document), sanitize=False).classes("api-docs")
+    return router
 
 
 def openapi(router: Any) -> dict[str, Any]:

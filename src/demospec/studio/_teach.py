@@ -20,8 +20,7 @@ def register(workbench: Workbench) -> None:
     @ui.page("/teach", title="Teach · demospec")
     def page() -> None:
         state = TeachState(workbench)
-        with page_frame("Teach", "teach", script="teach.js"):
-            view = TeachView(state)
+        view = TeachView(state)
         busy = {"on": False}
 
         async def refresh() -> None:
@@ -54,7 +53,8 @@ def register(workbench: Workbench) -> None:
                 await refresh()
 
         view.on_act = act
-        view.build()
+        with page_frame("Teach", "teach", script="teach.js"):
+            view.build()
         for name in ("stroke", "key", "pick", "scene", "hello"):
             event = f"teach_{name}"
             ui.on(event, lambda e, name=name: act(name, e.args))

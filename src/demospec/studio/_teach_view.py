@@ -189,6 +189,7 @@ class TeachView:
         )
         self._show_marks()
         self._show_list()
+        self.show_advice()
         can_undo, can_redo = bench.journal.can(state.actor)
         judged = state.chosen is not None or state.asked is not None
         for button, on in (
@@ -256,8 +257,8 @@ class TeachView:
     def show_advice(self) -> None:
         """How many more would help."""
         state = self.state
-        words = "Would <b>" + escape(state.type) + "</b> accept the green path?"
-        self.advice.set_content(words if state.asked is not None else escape(state.advice))
+        asked = "Is the green path acceptable? Accept or reject it."
+        self.advice.set_content(escape(state.advice) if state.asked is None else asked)
 
     def tell(self, words: str) -> None:
         """One line under the scene."""

@@ -121,15 +121,15 @@ def question(data: DemonstrationSet | None, type: str, *, seed: int = 0) -> Quer
 def how_many_more(query: Query) -> str:
     """How many more answers would help, in words.
 
-    The rules that are still possible, counted where a clearance differs by a quarter of a
-    hundredth of the table, are halved by a question of one bit.
+    `Query.total` counts rules whose clearances differ by a quarter of a hundredth of the table;
+    a question of one bit halves it. Two bits are left over at a whole hundredth.
     """
     if query.status == "settled" or not query.total or query.bits <= 0:
         return "Enough: no further path would tell much."
-    more = max(1, math.ceil(math.log2(max(query.total, 1.0)) / max(query.bits, 0.1)))
-    if more == 1:
-        return "About one more answer would settle it."
-    return f"About {more} more answers like the next question would settle it."
+    missing = math.log2(max(query.total, 1.0)) - 2.0
+    more = max(1, math.ceil(missing / max(query.bits, 0.1)))
+    answers = "one more answer" if more == 1 else f"{more} more answers"
+    return f"About {answers} would settle it to 1 % of the table's width."
 
 
 def of_type(data: DemonstrationSet, type: str) -> DemonstrationSet | None:
