@@ -123,7 +123,7 @@ def edges():
     scene = RuleScene((RuleObject("a", "a", (0.0, 0.0)),))
     for points, F_max in itertools.product(
         ([[3, 4]], [[0, 7]], [[2.5, 0]], [[0, 3], [0, 7]], [[2, 2]], [[5, 12]]),
-        (3, 4, 5, 7, 8),
+        (3, 4, 5, 7, 8, 20),
     ):
         for valid in (True, False):
             for bounds in (
