@@ -247,7 +247,7 @@ def computed(run: Run) -> Section:
         "How this was computed",
         (
             Table(
-                ("what", ""),
+                ("what", "value"),
                 (
                     ("command", str(r.get("command", "–"))),
                     ("seed", str(r.get("seed", "–"))),
