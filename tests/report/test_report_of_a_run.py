@@ -1,0 +1,154 @@
+"""The report of a person's own run: some documents, no truth; page and Markdown say the same."""
+
+from __future__ import annotations
+
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+
+from demospec.cli import main
+from demospec.demonstrations import simulate_set, write_set
+from demospec.files import read_json, write_json
+from demospec.report import Table, Text, build_report, render_html, write_html, write_markdown
+from demospec.report._view import share, wilson
+from demospec.rules import learn_rules, rules_document
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A set and its rules, and nothing else: no model, no truth, no record."""
+    folder = tmp_path_factory.mktemp("own") / "run"
+    data, _ = simulate_set(train_scenes=4, test_scenes=1, demonstrations=5, seed=3)
+    write_set(data, folder / "set")
+    write_json(folder / "rules.json", rules_document(learn_rules(data.of_split("train"))))
+    return folder
+
+
+class _Cells(HTMLParser):
+    """The text of every table cell, in order."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.cells: list[str] = []
+        self.inside = False
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        if tag in ("td", "th"):
+            self.inside = True
+            self.cells.append("")
+
+    def handle_endtag(self, tag: str) -> None:
+        if tag in ("td", "th"):
+            self.inside = False
+
+    def handle_data(self, data: str) -> None:
+        if self.inside:
+            self.cells[-1] += data
+
+
+def test_a_set_and_rules_are_enough(run: Path) -> None:
+    report = build_report(run)
+    assert [s.anchor for s in report.sections] == ["shown", "cares", "sure", "computed"]
+    rules = read_json(run / "rules.json")["types"]
+    sure = next(s for s in report.sections if s.anchor == "sure")
+    table = next(b for b in sure.blocks if isinstance(b, Table))
+    told = {(row[0], row[1]): row[2] for row in table.rows}
+    for type_, rule in rules.items():
+        for symbol, value in rule["clearance"]["value"].items():
+            if symbol in rule["clearance"]["relevant"]:
+                assert told[type_, symbol] == f"{value:.2f}"
+    assert any(rule["sentence"] in s for rule in rules.values() for s in report.summary)
+
+
+def test_page_and_markdown_hold_the_same_cells_and_words(run: Path, tmp_path: Path) -> None:
+    report = build_report(run)
+    page = _Cells()
+    page.feed(render_html(report))
+    lines = write_markdown(report, tmp_path / "md").read_text(encoding="utf-8").splitlines()
+    rows = [line.strip("| ").split(" | ") for line in lines if line.startswith("| ")]
+    cells = [cell.strip("*") for row in rows for cell in row]
+    assert cells == page.cells
+    words = [b.words for s in report.sections for b in s.blocks if isinstance(b, Text)]
+    assert words
+    assert all(any(w in line for line in lines) for w in words)
+
+
+def test_accepted_shares_have_n_and_interval(run: Path) -> None:
+    shown = build_report(run).sections[0]
+    table = next(b for b in shown.blocks if isinstance(b, Table))
+    for row in table.rows:
+        assert re.fullmatch(r"[\d.]+ % \[[\d.]+,\s[\d.]+\], n\s=\s25", row[4])
+
+
+@pytest.mark.parametrize(
+    ("hits", "n", "low", "high"),
+    # Newcombe 1998, table I, method 3 (score without continuity correction).
+    [(81, 263, 0.2553, 0.3662), (15, 148, 0.0624, 0.1605), (0, 20, 0.0, 0.1611),
+     (1, 29, 0.0061, 0.1718)],
+)  # fmt: skip
+def test_intervals_of_shares_are_wilsons(hits: int, n: int, low: float, high: float) -> None:
+    assert wilson(hits, n) == pytest.approx((low, high), abs=5e-5)
+    assert wilson(n - hits, n) == pytest.approx((1 - high, 1 - low), abs=5e-5)
+
+
+def test_nothing_tried_is_a_dash() -> None:
+    assert share(0, 0) == "–"
+
+
+def test_causes_of_one_model_and_one_question(run: Path, tmp_path: Path) -> None:
+    """What `demospec causes --out` and `demospec query --out` wrote is read as it is."""
+    import shutil
+
+    from demospec.causal import Settings, find_causes
+    from demospec.demonstrations import read_set
+    from demospec.rules import query_set, read_rules
+
+    own = tmp_path / "run"
+    shutil.copytree(run, own)
+    data = read_set(own / "set")
+    found = find_causes(
+        read_rules(own / "rules.json"), data.scenes, settings=Settings(draws=20, placements=1)
+    )
+    write_json(own / "causes.json", found.to_json())
+    write_json(own / "query.json", query_set(data.of_split("train"), type="normal").to_json())
+    report = build_report(own)
+    cares = next(s for s in report.sections if s.anchor == "cares")
+    assert any(isinstance(b, Table) and "given model" in b.caption for b in cares.blocks)
+
+
+def test_the_page_asks_nothing_of_a_network_and_fits_a_phone(run: Path, tmp_path: Path) -> None:
+    playwright = pytest.importorskip("playwright.sync_api", reason="pip install playwright")
+    if not Path("/usr/bin/chromium").exists():
+        pytest.skip("the Debian package chromium brings the browser")
+    write_html(build_report(run), tmp_path / "report.html")
+    with playwright.sync_playwright() as p:
+        browser = p.chromium.launch(executable_path="/usr/bin/chromium", args=["--no-sandbox"])
+        try:
+            page = browser.new_page(viewport={"width": 390, "height": 800})
+            asked: list[str] = []
+            page.on("request", lambda request: asked.append(request.url))
+            wrong: list[str] = []
+            page.on("console", lambda message: wrong.append(message.text))
+            page.goto((tmp_path / "report.html").as_uri())
+            assert [u for u in asked if not u.startswith(("file:", "data:"))] == []
+            assert wrong == []
+            broken = "[...document.images].filter(i => !i.naturalWidth).length"
+            assert page.evaluate(broken) == 0
+            assert page.evaluate("document.images.length") >= 1
+            assert page.evaluate("document.documentElement.scrollWidth") <= 390
+        finally:
+            browser.close()
+
+
+def test_the_command_writes_markdown_beside_the_run(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as stop:
+        main(["report", str(run), "--markdown", "--out", str(tmp_path / "md")])
+    assert not stop.value.code
+    assert capsys.readouterr().out.strip() == str((tmp_path / "md" / "report.md").resolve())
+    text = (tmp_path / "md" / "report.md").read_text(encoding="utf-8")
+    for name in re.findall(r"!\[[^]]*\]\(([^)]+)\)", text):
+        assert (tmp_path / "md" / name).is_file()
