@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import os
+import signal
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
@@ -35,6 +40,50 @@ def test_a_grid_resumes_after_a_line_was_cut_off(tmp_path):
     assert all(row["bacc_seen"] is None for row in table if row["type"] == "aggressive")
     with pytest.raises(InputError, match="same settings"):
         run_grid(file, GridSettings(seeds=(0,), reading="clustered", **SMALL))
+
+
+KILLED = """
+import sys
+from pathlib import Path
+from demospec.experiments import GridSettings, run_grid
+
+def show(what, done, total):
+    print(int(done), flush=True)
+
+settings = GridSettings(
+    models=("classifier", "irl"), counts=(1,), seeds=(0, 1, 2),
+    train_scenes=2, test_scenes=1, steps=2,
+)
+run_grid(Path(sys.argv[1]), settings, progress=show)
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="kill -9 is of POSIX systems")
+def test_a_grid_killed_in_the_middle_ends_like_one_that_was_not(tmp_path):
+    pytest.importorskip("torch", reason="torch comes with demospec[vision]")
+    file = tmp_path / "killed.jsonl"
+    child = subprocess.Popen(
+        [sys.executable, "-c", KILLED, str(file)],
+        stdout=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "OMP_NUM_THREADS": "1"},
+    )
+    assert child.stdout is not None
+    with child, child.stdout as said:
+        done = next(int(line) for line in said if int(line) > 0)
+        child.send_signal(signal.SIGKILL)
+    assert child.returncode == -signal.SIGKILL
+    assert 0 < done < 6
+    settings = GridSettings(models=("classifier", "irl"), counts=(1,), seeds=(0, 1, 2), **SMALL)
+    calls: list[float] = []
+    again = run_grid(file, settings, progress=lambda _what, done, _total: calls.append(done))
+    assert done <= calls[0] <= calls[-1] == 6
+    whole = run_grid(tmp_path / "whole.jsonl", settings)
+
+    def scores(rows):
+        return [{k: v for k, v in row.items() if k != "fit_seconds"} for row in rows]
+
+    assert scores(again) == scores(whole)
 
 
 def test_clustered_demonstrators_repeat_their_habits():

@@ -6,7 +6,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 from demospec.report._render import render_html, write_html, write_markdown
-from demospec.report._view import Figure, Report, Section, Table, Text
+from demospec.report._view import Figure, Report, Section, Table, Text, share, wilson
 
 if TYPE_CHECKING:
     from demospec.report._audit_picture import audit_picture
@@ -42,6 +42,8 @@ __all__ = [
     "render_html",
     "save_causal_picture",
     "save_figure",
+    "share",
+    "wilson",
     "write_html",
     "write_markdown",
 ]

@@ -79,6 +79,16 @@ def _tables(folder: Path) -> Iterable[tuple[str, tuple[str, ...], Iterable[Row]]
             for e in found["effects"]
         ),
     )  # fmt: skip
+    yield (
+        "types",
+        ("model", "from", "to", "=effect", "=low", "=high", "=p_corrected", "=differ"),
+        (
+            [m, e["from"], e["to"], e["effect"], *(e["interval"] or (None, None)),
+             e["p_corrected"], e["differ"]]
+            for m, found in causes.items()
+            for e in found["types"]
+        ),
+    )  # fmt: skip
     people = read_json(folder / "parameters.json")["participants"]
     yield (
         "parameters",
