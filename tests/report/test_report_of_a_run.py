@@ -10,6 +10,7 @@ import pytest
 
 from demospec.cli import main
 from demospec.demonstrations import simulate_set, write_set
+from demospec.errors import InputError
 from demospec.files import read_json, write_json
 from demospec.report import Table, Text, build_report, render_html, write_html, write_markdown
 from demospec.report._view import share, wilson
@@ -152,3 +153,39 @@ def test_the_command_writes_markdown_beside_the_run(
     text = (tmp_path / "md" / "report.md").read_text(encoding="utf-8")
     for name in re.findall(r"!\[[^]]*\]\(([^)]+)\)", text):
         assert (tmp_path / "md" / name).is_file()
+
+
+def test_documents_of_single_commands_are_read(run: Path, tmp_path: Path) -> None:
+    """`plan`, `evaluate` and `repair` with --out, as a person would gather them."""
+    import shutil
+
+    own = tmp_path / "run"
+    shutil.copytree(run, own)
+    rules, data = str(own / "rules.json"), str(own / "set")
+    for name, arguments in {
+        "plans": ["plan", rules, data, "--scene", "0004", "--type", "normal"],
+        "accuracy": ["evaluate", rules, data],
+        "repairs": ["repair", rules, data, "--type", "careful"],
+    }.items():
+        with pytest.raises(SystemExit) as stop:
+            main([*arguments, "--out", str(own / f"{name}.json")])
+        assert not stop.value.code
+    report = build_report(own)
+    tables = {s.anchor: [b for b in s.blocks if isinstance(b, Table)] for s in report.sections}
+    scores = read_json(own / "accuracy.json")["types"]
+    assert [row[2:4] for row in tables["accuracy"][0].rows] == [
+        (type_, str(score["n"])) for type_, score in scores.items()
+    ]
+    tried = read_json(own / "repairs.json")["repairs"]
+    row = tables["repairs"][0].rows[0]
+    believed = sum(r["p_valid"] > 0.5 for r in tried) / len(tried)
+    assert row[2:] == (
+        "careful", "not judged", f"{100 * believed:.1f} %",
+        f"{sum(r['moved'] for r in tried) / len(tried):.1f}",
+    )  # fmt: skip
+    found = read_json(own / "plans.json")
+    assert tables["plans"][0].rows[0][:3] == ("normal", "1", str(int(found["status"] == "found")))
+    assert "1 plan: " in report.summary[-1]
+    (own / "plans.json").write_text('{"points": []}')
+    with pytest.raises(InputError, match="documents as this version writes them"):
+        build_report(own)

@@ -10,6 +10,7 @@ from typing import Any
 from demospec.demonstrations import DemonstrationSet, read_set
 from demospec.errors import InputError
 from demospec.files import read_json
+from demospec.report._own_documents import as_stages_write
 from demospec.report._view import Report, Section
 
 
@@ -51,13 +52,17 @@ def read_run(folder: Path) -> Run:
     record = document("run") or {}
     names = ("accuracy", "rules", "causes", "plans", "repairs", "audit", "query")
     found = {name: document(name) for name in names}
-    # A person's own run holds what the commands wrote with --out: one model, one question.
-    causes, query = found["causes"], found["query"]
-    if causes is not None and "effects" in causes:
-        found["causes"] = {"given": causes}
-    if query is not None and "status" in query:
-        found["query"] = {str(query.get("type") or "anyone"): query}
-    return Run(folder, record, read_set(folder / "set"), **found)
+    data = read_set(folder / "set")
+    try:
+        found = as_stages_write(found, data)
+    except (KeyError, TypeError, AttributeError) as error:
+        raise _not_ours(folder, error) from error
+    return Run(folder, record, data, **found)
+
+
+def _not_ours(folder: Path, error: Exception) -> InputError:
+    found = f"{type(error).__name__} {error}"
+    return InputError("documents as this version writes them", found, file=folder)
 
 
 def build_report(folder: Path) -> Report:
@@ -78,9 +83,7 @@ def build_report(folder: Path) -> Report:
         sections = tuple(s for s in (make(run) for make in makers) if s is not None)
         summary = _summary(run)
     except (KeyError, TypeError, AttributeError) as error:
-        raise InputError(
-            "documents as this version writes them", f"{type(error).__name__} {error}", file=folder
-        ) from error
+        raise _not_ours(folder, error) from error
     d = run.data
     return Report(
         title=f"What the demonstrators of “{d.name}” care about",
@@ -102,8 +105,17 @@ def _summary(run: Run) -> tuple[str, ...]:
         found = [p for p in run.plans["plans"] if "true_obeys" in p]
         kept = sum(p["true_obeys"] for p in found)
         total = len(run.plans["plans"])
+        if not found:  # without a truth to judge by, the rule that was planned with
+            return (*lines, *_planned(run.plans["plans"]))
         lines.append(
             f"Of {total} plans asked for in unseen scenes, {len(found)} were found; "
             f"{kept} of these keep the demonstrator's true rule."
         )
     return tuple(lines)
+
+
+def _planned(plans: list[dict[str, Any]]) -> tuple[str, ...]:
+    found = [p for p in plans if p["status"] == "found"]
+    kept = sum(p["obeys"] for p in found)
+    noun = "plan" if len(plans) == 1 else "plans"
+    return (f"{len(plans)} {noun}: {len(found)} found, {kept} of these keep the learned rule.",)

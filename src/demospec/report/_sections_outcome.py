@@ -15,6 +15,15 @@ from demospec.report._scene_picture import (
 )
 from demospec.report._view import Block, Figure, Section, Table, Text, bracket, percent, share
 
+_OWN_PLANS = (
+    "Planned paths, keeping the upper end of every clearance. No true rule is known here: they are "
+    "judged by the learned one. Brackets: 95 % interval of the share."
+)
+_OWN_REPAIRS = (
+    "The set's own rejected demonstrations, changed by gradient steps until the model accepts "
+    "them; judged by the rules that the command was given, if any. Brackets: 95 % interval."
+)
+
 
 def plans(run: Run) -> Section | None:
     """Obedience and length of the plans, judged by the truth; pictures of some."""
@@ -48,7 +57,9 @@ def plans(run: Run) -> Section | None:
         "plans",
         "What the planner does with it",
         (
-            Text(
+            Text(_OWN_PLANS)
+            if all("true_obeys" not in p for p in every)
+            else Text(
                 "Paths planned in scenes that no demonstration was shown in, keeping the upper "
                 "end of every clearance. Whether they keep the true rule is decided by the rule "
                 "that made the labels. Brackets: 95 % interval of the share, one plan a scene."
@@ -96,7 +107,11 @@ def accuracy(run: Run) -> Section | None:
     """Balanced accuracy on seen and unseen scenes, apart."""
     if run.accuracy is None:
         return None
-    names = {"seen": "seen scenes, held-out paths", "unseen": "unseen scenes and items"}
+    names = {
+        "seen": "seen scenes, held-out paths",
+        "unseen": "unseen scenes and items",
+        "given": "the set that was given",
+    }
     rows = []
     for model, sets in run.accuracy.items():
         for which, types in sets.items():
@@ -179,7 +194,7 @@ def repairs(run: Run) -> Section | None:
                         model,
                         which,
                         type_,
-                        share(round(r["n"] * r["repaired_by_truth"]), r["n"]),
+                        _judged(r),
                         percent(r["accepted_by_model"]),
                         f"{r['moved_px']:.1f}",
                     )
@@ -189,7 +204,9 @@ def repairs(run: Run) -> Section | None:
         "valid in the model's own opinion", f"moved ({run.data.units})",
     )  # fmt: skip
     blocks: list[Block] = [
-        Text(
+        Text(_OWN_REPAIRS)
+        if "given" in run.repairs
+        else Text(
             "Random paths that the true rule rejects, changed by gradient steps on the model "
             "until it accepts them (one particle, 30 steps, as in the paper). Judged by the true "
             "rule; the model's own opinion stands beside it. A type without invalid paths has "
@@ -202,6 +219,11 @@ def repairs(run: Run) -> Section | None:
     if picture is not None:
         blocks.append(picture)
     return Section("repairs", "Repairing rejected paths", tuple(blocks))
+
+
+def _judged(r: dict[str, Any]) -> str:
+    value = r["repaired_by_truth"]
+    return "not judged" if value is None else share(round(r["n"] * value), r["n"])
 
 
 def _repair_picture(run: Run) -> Figure | None:
