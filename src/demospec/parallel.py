@@ -126,6 +126,9 @@ def _fan_out(
 
     call = _Call(function)
     first, deaths = 0, 0
+    # Before the first task: an interrupt drops the tasks while it is still on its way to here.
+    hook = threading.excepthook
+    threading.excepthook = _quiet_about_dropped_tasks
     while first < len(tasks):
         with parallel_config(**settings):
             parallel = Parallel(return_as="generator", batch_size=1, pre_dispatch=ahead)
@@ -144,29 +147,25 @@ def _fan_out(
                 raise
             raise DemospecError(f"the cluster gave up on a task: {_one_line(error)}") from None
         finally:
-            if first < len(tasks):
-                _quiet_manager_thread()
             with warnings.catch_warnings():  # joblib counts the tasks that were dropped
                 warnings.simplefilter("ignore")
                 results.close()
+    threading.excepthook = hook
 
 
 _report_of_threads = threading.excepthook
 
 
-def _quiet_manager_thread() -> None:
+def _quiet_about_dropped_tasks(about: threading.ExceptHookArgs) -> None:
     """Says nothing of a task that loky's own thread misses after its tasks were dropped.
 
     The thread may be handing out a task at the moment in which stopping early takes all tasks
-    away from it; it then ends with a KeyError, which is what stopping means.
+    away from it; it then ends with a KeyError, which is what stopping means. It may do so after
+    the run has ended, so this stays in place when a run was stopped.
     """
-
-    def report(about: threading.ExceptHookArgs) -> None:
-        name = "" if about.thread is None else about.thread.name
-        if not (name == "ExecutorManagerThread" and about.exc_type is KeyError):
-            _report_of_threads(about)
-
-    threading.excepthook = report
+    name = "" if about.thread is None else about.thread.name
+    if not (name == "ExecutorManagerThread" and about.exc_type is KeyError):
+        _report_of_threads(about)
 
 
 class _Call:

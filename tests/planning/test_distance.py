@@ -99,3 +99,10 @@ def test_thin_corner_between_two_samples_is_entered() -> None:
     assert segment_distance(spike, path[:1], path[1:])[0] < -0.05
     long = np.array([[-400.0, 1.9], [400.0, 1.9]])
     assert segment_distance(spike, long[:1], long[1:])[0] < 0
+
+
+def test_a_segment_of_no_length_but_one_bit_is_measured_without_a_warning() -> None:
+    # Found by hypothesis: the place where it crosses a side overflowed.
+    square = Polygon([[0, 0], [10, 0], [10, 10], [0, 10]])
+    a, b = np.array([[0.0, 11.0]]), np.array([[2.225073858507e-311, 11.0]])
+    assert segment_distance(square, a, b)[0] == pytest.approx(1.0)

@@ -177,7 +177,8 @@ def _segment_pairs(
     ab, cd = (b - a)[:, None], (d - c)[None]
     ac = c[None] - a[:, None]
     across = _cross(ab, cd)
-    with np.errstate(divide="ignore", invalid="ignore"):
+    # Nearly parallel segments cross infinitely far away: the quotients may overflow.
+    with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
         s, t = _cross(ac, cd) / across, _cross(ac, ab) / across
     crossing = (across != 0) & (s >= 0) & (s <= 1) & (t >= 0) & (t <= 1)
     return np.where(crossing, 0.0, np.sqrt(gap2)), np.where(crossing, s, np.nan)
