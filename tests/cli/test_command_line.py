@@ -27,11 +27,27 @@ def test_help_lists_every_command() -> None:
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-def test_every_command_has_help(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_every_command_has_help_and_takes_seed_and_json(
+    command: str, capsys: pytest.CaptureFixture[str]
+) -> None:
     with pytest.raises(SystemExit) as stop:
         main([command, "--help"])
     assert stop.value.code == 0
-    assert "Usage:" in capsys.readouterr().out
+    told = capsys.readouterr().out
+    assert "Usage:" in told
+    if command != "edit":  # a group of commands
+        assert "--seed " in told
+        assert "--json " in told or command == "studio"  # a page, not an answer
+
+
+def test_a_seed_is_passed_by_where_nothing_is_random(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as stop:
+        main(["check", str(tmp_path), "--seed", "7", "--json"])
+    said = capsys.readouterr().err
+    assert stop.value.code == 2
+    assert "dataset.json" in said
 
 
 @pytest.mark.parametrize("command", ["check", "rules", "fit", "evaluate", "causes", "plan"])

@@ -7,8 +7,11 @@ Exit status: 0 success, 2 bad input or a missing extra (one line on stderr), 1 o
 from __future__ import annotations
 
 import importlib
+import inspect
 import os
 import sys
+from collections.abc import Callable
+from typing import Annotated, Any
 
 import typer
 
@@ -40,7 +43,7 @@ def build_app() -> typer.Typer:
         if register is not None:  # a command with subcommands
             register(app)
         else:
-            app.command(name)(getattr(module, name))
+            app.command(name)(_with_seed(getattr(module, name)))
 
     @app.callback(invoke_without_command=True)
     def version(
@@ -53,6 +56,26 @@ def build_app() -> typer.Typer:
             raise typer.Exit()
 
     return app
+
+
+def _with_seed(function: Callable[..., None]) -> Callable[..., None]:
+    """The command with a `--seed`, so that a script may pass one to every command."""
+    if "seed" in function.__annotations__:
+        return function
+
+    def seeded(seed: int, **arguments: Any) -> None:
+        function(**arguments)
+
+    signature = inspect.signature(function, eval_str=True)
+    option = typer.Option("--seed", min=0, help="Taken and not used: nothing here is random.")
+    extra = inspect.Parameter(
+        "seed", inspect.Parameter.KEYWORD_ONLY, default=0, annotation=Annotated[int, option]
+    )
+    seeded.__doc__ = function.__doc__
+    seeded.__signature__ = signature.replace(  # type: ignore[attr-defined]
+        parameters=[*signature.parameters.values(), extra]
+    )
+    return seeded
 
 
 def main(arguments: list[str] | None = None) -> None:
