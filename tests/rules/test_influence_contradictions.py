@@ -230,3 +230,15 @@ def test_F_max_is_bounded_by_two_demonstrations_on_one_circle():
     answer = identify_F_max(problem)
     assert answer.F_max == (21, 50)
     assert answer.sentence == "F_max lies between 21 and 50."
+
+
+def test_unknown_F_max_without_objects():
+    """Nothing to come near: only T_min is left, and any good path agrees with every F_max."""
+    bounds = Bounds((0, 12), (1, 5))
+    paths = (RuleTrajectory(0, True, np.array([[1.0, 2.0], [3.0, 4.0]])),)
+    empty = (RuleScene(()),)
+    answer = identify_F_max(RuleProblem(empty, paths, None, bounds=bounds))
+    assert (answer.status, answer.F_max, answer.L) == ("optimal", (1, None), (0, 12))
+    assert (answer.hull_T_min, answer.hull_radius) == ((0, 12), ())
+    bad = (replace(paths[0], valid=False),)
+    assert identify_F_max(RuleProblem(empty, bad, None, bounds=bounds)).status == "infeasible"

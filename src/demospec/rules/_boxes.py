@@ -231,6 +231,8 @@ class StepRows:
         return high
 
     def impact(self, boxes: Boxes, undecided: BoolArray) -> IntArray:
+        if not boxes.low.shape[1]:  # no parameter but T_min
+            return np.zeros((len(boxes), 0), dtype=np.int64)
         spread = [
             high - low for low, high in zip(self._at(boxes.low), self._at(boxes.high), strict=True)
         ]
