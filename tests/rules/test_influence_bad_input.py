@@ -119,6 +119,7 @@ def test_an_F_max_of_nothing_makes_everything_bad():
         ({"F_max": True}, "F_max: expected a whole number, found True"),
         ({"F_max": -1}, "F_max: expected a whole number from 0 to 1e9, found -1"),
         ({"F_max": 1e400}, "F_max: expected a whole number, found inf"),
+        ({"F_max": 10**30}, "F_max: expected a whole number from 0 to 1e9, found 1000000"),
         ({"scale": 0}, "scale: expected a whole number from 1 to 1000000, found 0"),
         ({"reading": "all"}, "reading: expected one of sum, nearest, nearest_active, max_active"),
         ({"penalty": 3}, "penalty: expected a word, found 3"),
@@ -153,7 +154,9 @@ def test_one_line_names_the_field(changes, message):
         ({"valid": True, "points": [[1]]}, "trajectories[1].points: expected at least one point"),
         ({"valid": True, "points": [[1, 2], [3]]}, "trajectories[1].points: expected a list of"),
         ({"valid": True, "points": [[1, "x"]]}, "trajectories[1].points: expected a list of"),
-        ({"valid": True, "points": [[1, float("nan")]]}, "trajectories[1].points: expected finite"),
+        ({"valid": True, "points": [["1", "2"]]}, "trajectories[1].points: expected a list of"),
+        ({"valid": True, "points": [[1, float("nan")]]}, "points[0]: expected finite numbers"),
+        ({"valid": True, "points": [[1, 2], [1, -1e308]]}, "trajectories[1].points[1]: expected"),
         (
             {"valid": True, "points": [[1, 2]], "scene": 7},
             "trajectories[1].scene: expected a scene",
@@ -174,6 +177,8 @@ def test_one_line_names_the_trajectory(path, message):
     [
         ([{"id": "a"}], "scenes[0].objects[0]: expected the field center"),
         ([{"id": "a", "center": [1]}], "scenes[0].objects[0].center: expected 2 or 3 finite"),
+        ([{"id": "a", "center": [1e200, 2]}], "center: expected 2 or 3 finite numbers of size at"),
+        ([{"id": "a", "center": [1, 10**400]}], "scenes[0].objects[0].center: expected 2 or 3"),
         ([{"id": "a", "center": [1, "2"]}], "scenes[0].objects[0].center: expected 2 or 3"),
         ([{"id": "a", "center": [1, 2]}] * 2, "scenes[0].objects[1].id: expected ids that differ"),
         ([{"id": 4, "center": [1, 2]}], "scenes[0].objects[0].id: expected a name"),

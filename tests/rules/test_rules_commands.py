@@ -152,6 +152,18 @@ def test_unknown_F_max_and_nothing_but_good_demonstrations(
             "objects[0].polygon",
         ),
         (
+            {
+                "scenes": [
+                    {
+                        "objects": [
+                            {"id": "a", "center": [0, 0], "polygon": [[0, 0], [0, 10**400], [1, 1]]}
+                        ]
+                    }
+                ]
+            },
+            "objects[0].polygon: expected at least three [x, y] corners",
+        ),
+        (
             {"scenes": [{"objects": [{"id": "a", "center": [0, 0], "radius": -1}]}]},
             "objects[0].radius",
         ),

@@ -184,7 +184,7 @@ def _scene(value: Any, at: str, index: int) -> Scene:
         if item.get("polygon") is not None:
             try:
                 shape = Polygon(item["polygon"])
-            except (InputError, TypeError, ValueError) as error:
+            except (InputError, TypeError, ValueError, OverflowError) as error:
                 raise InputError(
                     "at least three [x, y] corners", item["polygon"], field=f"{where}.polygon"
                 ) from error

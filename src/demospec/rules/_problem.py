@@ -9,6 +9,7 @@ paper is loose, `Reading`, `Penalty` and `Weights` name the ways to take it.
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -16,6 +17,7 @@ from functools import cached_property
 from typing import Any, Literal, get_args
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from demospec.errors import InputError
 from demospec.frames import FloatArray
@@ -42,6 +44,9 @@ PRESETS: Mapping[str, Mapping[str, str]] = {
 """``physical``: deeper costs more, and the sampling rate does not matter."""
 
 MAX_BOUND = 100_000
+
+MAX_COORDINATE = 1e15
+"""Largest size of a coordinate: squares of it, scaled, are far from overflow."""
 
 
 @dataclass(frozen=True)
@@ -160,8 +165,10 @@ class RuleProblem:
                 if item.id in seen:
                     raise InputError("ids that differ", item.id, field=f"{where}.id")
                 seen.add(item.id)
-                if len(item.center) not in (2, 3) or not np.isfinite(item.center).all():
-                    raise InputError("2 or 3 finite numbers", item.center, field=f"{where}.center")
+                if len(item.center) not in (2, 3) or not _moderate(item.center):
+                    raise InputError(
+                        f"2 or 3 {_FINITE}", list(item.center), field=f"{where}.center"
+                    )
                 feature_named(item.feature)
 
     def _check_trajectories(self) -> None:
@@ -189,8 +196,9 @@ class RuleProblem:
                     f"shape {shape}",
                     field=f"{where}.points",
                 )
-            if not np.isfinite(path.points).all():
-                raise InputError("finite numbers", "NaN or infinity", field=f"{where}.points")
+            if not _moderate(path.points):
+                row = int(np.flatnonzero(~(np.abs(path.points) <= MAX_COORDINATE).all(axis=1))[0])
+                raise InputError(_FINITE, path.points[row].tolist(), field=f"{where}.points[{row}]")
 
     @property
     def monotone(self) -> bool:
@@ -245,6 +253,13 @@ class RuleProblem:
             "thresholds": self.thresholds,
             "bounds": {"T_min": list(self.bounds.T_min), "T_object": list(self.bounds.T_object)},
         }
+
+
+_FINITE = f"finite numbers of size at most {MAX_COORDINATE:g}"
+
+
+def _moderate(numbers: ArrayLike) -> bool:
+    return bool((np.abs(np.asarray(numbers, dtype=np.float64)) <= MAX_COORDINATE).all())  # not NaN
 
 
 def _choice(value: str, allowed: Sequence[str], name: str) -> None:
@@ -338,8 +353,9 @@ def _scene(value: Any, where: str) -> RuleScene:
                 raise InputError(f"the field {key}", "nothing", field=place)
         id_ = _word(entry["id"], f"{place}.id")
         center = _list(entry["center"], f"{place}.center")
-        if any(isinstance(c, bool) or not isinstance(c, int | float) for c in center):
-            raise InputError("2 or 3 finite numbers", center, field=f"{place}.center")
+        wrong = [isinstance(c, bool) or not isinstance(c, int | float) for c in center]
+        if any(wrong) or any(not abs(c) <= MAX_COORDINATE for c in center):
+            raise InputError(f"2 or 3 {_FINITE}", center, field=f"{place}.center")
         items.append(
             RuleObject(
                 id_,
@@ -359,7 +375,10 @@ def _trajectory(value: Any, where: str) -> RuleTrajectory:
     if not isinstance(top["valid"], bool):
         raise InputError("true or false", top["valid"], field=f"{where}.valid")
     try:
-        points = np.array(_list(top["points"], f"{where}.points"), dtype=np.float64)
+        numbers = np.array(_list(top["points"], f"{where}.points"))
+        if numbers.size and numbers.dtype.kind in "US":
+            raise ValueError("text")  # "3" is not 3
+        points = numbers.astype(np.float64)
     except (ValueError, TypeError, OverflowError) as error:
         raise InputError(
             "a list of points of two or more numbers each",
@@ -378,7 +397,8 @@ def _trajectory(value: Any, where: str) -> RuleTrajectory:
 def whole(value: Any, where: str) -> int:
     """A whole number (60 or 60.0); InputError names the field."""
     number = isinstance(value, int | float) and not isinstance(value, bool)
-    if not number or not np.isfinite(value) or value != int(value):
+    # Not np.isfinite: it does not take whole numbers beyond 64 bits.
+    if not number or value != value or abs(value) == math.inf or value != int(value):
         raise InputError("a whole number", value, field=where)
     return int(value)
 
