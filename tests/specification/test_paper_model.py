@@ -158,6 +158,22 @@ def test_settings_are_checked():
         fit_model(colour_set(2, 2), "forest")
 
 
+def test_a_device_that_is_not_there_is_named():
+    absent = "cuda:97"  # whoever runs this
+    for name in ("toaster", absent):
+        with pytest.raises(InputError, match=f"device: expected a device .*found {name}"):
+            fit_model(colour_set(2, 2), "paper", steps=2, device=name)
+
+
+@pytest.mark.skipif(not torch.cuda.is_available(), reason="needs a CUDA device")
+def test_a_gpu_learns_what_the_cpu_learns():
+    here, there = (
+        fit_model(colour_set(4, 4), "paper", steps=20, device=d) for d in ("cpu", "cuda")
+    )
+    for name, value in here.weights.items():
+        np.testing.assert_allclose(there.weights[name], value, atol=1e-3)
+
+
 def _saved(folder: Path) -> Path:
     return fit_model(colour_set(2, 2), "paper", steps=2).save(folder)
 

@@ -39,7 +39,7 @@ def fit(
 ) -> None:
     """Fit a specification model to the labelled demonstrations of a set's training scenes.
 
-    Settings of field: fine_tune, use_lists. Settings of paper: ablation (full, autoencoder,
+    Settings of field: fine_tune, use_lists. Settings of paper: device, ablation (full, autoencoder,
     classifier), alpha, beta, gamma, steps, learning_rate, order. Settings of irl: l2, grid.
     """
     from demospec.cli._common import say

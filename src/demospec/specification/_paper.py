@@ -59,6 +59,7 @@ class PaperSettings:
         steps: Full-batch steps of Adam with a one-cycle schedule.
         learning_rate: Its peak.
         order: Order of the Bézier re-parameterization (paper: 2).
+        device: Where torch trains: ``cpu``, ``cuda``, ``cuda:1``, … Models judge on the CPU.
     """
 
     ablation: Literal["full", "autoencoder", "classifier"] = "full"
@@ -68,10 +69,13 @@ class PaperSettings:
     steps: int = 300
     learning_rate: float = 3e-3
     order: int = 2
+    device: str = "cpu"
 
     def __post_init__(self) -> None:
         if self.ablation not in ABLATIONS:
             raise InputError(", ".join(ABLATIONS), self.ablation, field="ablation")
+        if not isinstance(self.device, str):
+            raise InputError("the name of a device", self.device, field="device")
         for name in ("alpha", "beta", "gamma", "learning_rate"):
             value = getattr(self, name)
             if not isinstance(value, (int, float)) or not 0 <= value < 1e6:
@@ -240,6 +244,7 @@ def train_weights(
         steps=settings.steps,
         learning_rate=settings.learning_rate,
         seed=seed,
+        device=settings.device,
         step_done=lambda done, _loss: progress("fitting", done, settings.steps),
     )
 

@@ -15,6 +15,7 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
+from demospec.errors import InputError
 from demospec.specification._training_data import Float32Array, TrainingData
 
 LATENT = 15
@@ -85,6 +86,7 @@ def train(
     steps: int,
     learning_rate: float,
     seed: int,
+    device: str = "cpu",
     step_done: Callable[[int, float], None],
 ) -> dict[str, Float32Array]:
     """Trains a network on the full batch; the weights, by name.
@@ -93,16 +95,24 @@ def train(
     sum of squared errors of a picture, KL that of a picture's z_I against N(0, 1), both averaged
     over scenes, and the log-likelihood is averaged over demonstrations. (The paper writes the
     same with the signs of a maximisation on two of its terms.)
+
+    Args:
+        device: Where torch trains. First weights and noise are drawn on the CPU, so that devices
+            differ by rounding only.
+
+    Raises:
+        InputError: There is no such device here.
     """
+    where = _device(device)
     with torch.random.fork_rng(devices=[]), one_thread():
         torch.manual_seed(seed)
-        net = Network(len(data.types), data.control.shape[1])
-        images = torch.from_numpy(data.images)
-        scene = torch.from_numpy(data.scene)
-        control = torch.from_numpy(data.control)
-        valid = torch.from_numpy(data.valid)
-        row = torch.arange(len(data.type))
-        type_ = torch.from_numpy(data.type)
+        net = Network(len(data.types), data.control.shape[1]).to(where)
+        images = torch.from_numpy(data.images).to(where)
+        scene = torch.from_numpy(data.scene).to(where)
+        control = torch.from_numpy(data.control).to(where)
+        valid = torch.from_numpy(data.valid).to(where)
+        row = torch.arange(len(data.type), device=where)
+        type_ = torch.from_numpy(data.type).to(where)
         # Without reconstruction and KL the decoder and the noise have no part in the loss.
         stochastic = beta > 0
         optimiser = torch.optim.Adam(net.parameters(), lr=learning_rate, foreach=True)
@@ -111,7 +121,8 @@ def train(
             mean, log_variance = net.encode(images)
             latent = mean
             if stochastic:
-                latent = mean + torch.exp(0.5 * log_variance) * torch.randn_like(mean)
+                noise = torch.randn(mean.shape).to(where)
+                latent = mean + torch.exp(0.5 * log_variance) * noise
             logits = net.classify(latent[scene], control)[type_, row]
             loss = gamma * nn.functional.binary_cross_entropy_with_logits(logits, valid)
             if alpha > 0:
@@ -125,7 +136,17 @@ def train(
             optimiser.step()
             schedule.step()
             step_done(step + 1, float(loss.detach()))
-    return {name: np.array(value.numpy()) for name, value in net.state_dict().items()}
+    return {name: np.array(value.cpu().numpy()) for name, value in net.state_dict().items()}
+
+
+def _device(name: str) -> torch.device:
+    try:
+        found = torch.device(name)
+        torch.zeros(1, device=found).cpu()  # a device that has a name need not be there
+    except (RuntimeError, AssertionError, NotImplementedError) as error:
+        expected = "a device that this build of PyTorch can use, such as cpu or cuda"
+        raise InputError(expected, name, field="device") from error
+    return found
 
 
 def network(weights: dict[str, Float32Array]) -> Network:
