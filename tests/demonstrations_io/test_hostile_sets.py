@@ -16,6 +16,7 @@ from small_sets import change_json, change_line, digest, rewrite_table, write_sm
 from demospec.cli import main
 from demospec.demonstrations import check_set, iterate_batches, read_set
 from demospec.errors import InputError
+from demospec.scene import Picture
 
 Break = Callable[[Path], None]
 BREAKS: dict[str, Break] = {}
@@ -104,6 +105,9 @@ BREAKS |= {
     "picture missing": lambda root: (root / "scenes" / "s0.png").unlink(),
     "picture truncated header": lambda root: (root / "scenes" / "s0.png").write_bytes(
         (root / "scenes" / "s0.png").read_bytes()[:20]
+    ),
+    "picture stops early": lambda root: (root / "scenes" / "s0.png").write_bytes(
+        (root / "scenes" / "s0.png").read_bytes()[:-30]
     ),
     "picture is text": lambda root: (root / "scenes" / "s0.png").write_text("hello"),
     "picture is a bomb": lambda root: (root / "scenes" / "s0.png").write_bytes(
@@ -232,16 +236,38 @@ def test_every_way_to_read_refuses_in_one_line(
         assert digest(root) == before
 
 
-def test_a_truncated_picture_is_named_by_check_and_when_its_pixels_are_needed(
+def test_a_picture_that_is_broken_inside_is_named_when_decoded_and_never_copied(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     root = write_small(tmp_path / "set")
-    whole = (root / "scenes" / "s0.png").read_bytes()
-    (root / "scenes" / "s0.png").write_bytes(whole[:-30])
-    data = read_set(root)
+    # Whole from its header to its end mark, but the compressed rows give out too early.
+    (root / "scenes" / "s0.png").write_bytes(png(100, 100, zlib.compress(b"\0" * 1000)))
+    data = read_set(root)  # reading decodes no picture
     with pytest.raises(InputError, match=r"s0\.png: expected a whole picture"):
         _ = data.scenes[0].pixels()
-    assert "s0.png: expected a whole picture" in refused(capsys, "check", str(root))
+    out = str(tmp_path / "out")
+    for command in (["check", str(root)], ["convert", str(root), out],
+                    ["edit", "drop", str(root), "--unlabelled", "--out", out]):  # fmt: skip
+        assert "s0.png: expected a whole picture" in refused(capsys, *command)
+        assert not (tmp_path / "out").exists()
+
+
+def test_what_follows_the_end_of_a_picture_is_no_fault(tmp_path: Path) -> None:
+    import PIL.Image
+
+    noise = np.random.default_rng(0).integers(0, 255, (60, 80, 3), dtype=np.uint8)
+    for name in ("a.png", "a.jpg", "a.bmp"):
+        file = tmp_path / name
+        thumbnail = b"\xff\xd8\xff\xd9"  # as cameras put one into the header
+        options = {"exif": b"Exif\0\0" + thumbnail} if name == "a.jpg" else {}
+        PIL.Image.fromarray(noise).save(file, **options)
+        whole = file.read_bytes()
+        file.write_bytes(whole + b"\0 written by a camera")
+        assert Picture(file=file).size_px == (80, 60)
+        if name != "a.bmp":
+            file.write_bytes(whole[: len(whole) // 2])
+            with pytest.raises(InputError, match="stops before its end"):
+                _ = Picture(file=file).size_px
 
 
 def test_no_folder_no_permission_no_name(

@@ -203,10 +203,11 @@ def _write_picture(scene: Scene, target: Path) -> None:
 
     picture = scene.picture
     assert picture is not None
+    pixels = picture.pixels  # decoded also where bytes are copied: a broken one goes no further
     if picture.file is not None and picture.file.suffix.lower() == ".png":
         target.write_bytes(read_bytes(picture.file))  # byte for byte: copying must not re-encode
     else:
-        PIL.Image.fromarray(np.asarray(picture.pixels)).save(target, format="PNG")
+        PIL.Image.fromarray(np.asarray(pixels)).save(target, format="PNG")
 
 
 def pictures_in_memory(data: DemonstrationSet) -> DemonstrationSet:

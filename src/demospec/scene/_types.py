@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from demospec.errors import CannotJudgeError, InputError
 from demospec.scene._footprints import Disc, Footprint, Polygon, rectangle
+from demospec.scene._whole import is_truncated
 
 Image = NDArray[np.uint8]
 
@@ -94,9 +95,14 @@ class Picture:
 
     @property
     def size_px(self) -> tuple[int, int]:
-        """(width, height), read from the file's header."""
+        """(width, height), read from the file's header.
+
+        Raises:
+            InputError: As `pixels`, as far as header and end of the file tell.
+        """
         if self._size is None:
             with _opened(self.file) as picture:
+                _refuse_truncated(self.file, str(picture.format))
                 self._size = (int(picture.size[0]), int(picture.size[1]))
         return self._size
 
@@ -155,6 +161,16 @@ def _opened(file: str | os.PathLike[str] | None) -> Any:
             f"a picture of at most {MAX_PICTURE_PIXELS} pixels", f"{width}x{height}", file=file
         )
     return picture
+
+
+def _refuse_truncated(file: str | os.PathLike[str] | None, kind: str) -> None:
+    assert file is not None
+    try:
+        cut = is_truncated(file, kind)
+    except OSError as error:
+        raise InputError("a readable file", error.strerror or str(error), file=file) from error
+    if cut:
+        raise InputError("a whole picture", f"a {kind} that stops before its end", file=file)
 
 
 @dataclass(frozen=True)
