@@ -17,7 +17,8 @@ from demospec.demonstrations import (
 )
 from demospec.errors import InputError
 from demospec.rules import nearest_approach
-from demospec.scene import Capsule, Disc, Polygon, Scene, SceneObject
+from demospec.scene import Capsule, Disc, Picture, Polygon, Scene, SceneObject
+from demospec.studio._near import NearMemory
 from demospec.studio._rings import contour_at, rings_svg
 from demospec.studio._understood import conflicts, how_many_more, of_type, question, understand
 
@@ -114,7 +115,54 @@ def test_the_question_is_between_what_is_known() -> None:
     low, high = understand(data, "me").rule.interval["glass"]  # type: ignore[union-attr]
     near = nearest_approach(SCENE, [asked.points], ("glass",))[0, 0]
     assert low - 0.5 <= near <= high + 0.5
-    assert "more answer" in how_many_more(asked)
+    assert "more answer" in how_many_more(asked, understand(data, "me"))
+
+
+def test_the_number_of_answers_foretold_is_about_what_it_takes() -> None:
+    data = judged([30, 0], 7.0)
+    foretold, taken = None, 0
+    for taken in range(40):
+        asked = question(data, "me", seed=taken // 8)
+        words = how_many_more(asked, understand(data, "me"))
+        if words.startswith("Enough"):
+            break
+        foretold = foretold or int(words.split()[1])
+        assert asked.points is not None
+        near = nearest_approach(SCENE, [asked.points], ("glass",))[0, 0]
+        more = Demonstration(f"q{taken}", "a", asked.points, "me", None, bool(near >= 7.0))
+        data = replace(data, demonstrations=Demonstrations.of([*data.demonstrations, more]))
+    assert foretold is not None
+    assert foretold / 2 <= taken <= 2 * foretold
+
+
+def test_what_is_missing_altogether_is_asked_for_first() -> None:
+    for offsets, words in (([60], "comes too near"), ([0], "far enough")):
+        data = judged([*offsets], 7.0)
+        asked = question(data, "me")
+        assert words in how_many_more(asked, understand(data, "me"))
+
+
+def test_a_question_stays_in_the_picture() -> None:
+    # Beside objects at the rim, most telling curves leave the picture.
+    glass = SceneObject("glass-0", "glass", (50.0, 90.0), None, Disc((50.0, 90.0), 6.0))
+    picture = Picture(array=np.zeros((100, 100, 3), dtype=np.uint8))
+    scene = replace(SCENE, objects=(glass,), picture=picture)
+    data = replace(judged([30, 0], 7.0), scenes=(scene,), symbols=("glass",))
+    for seed in range(6):
+        asked = question(data, "me", seed=seed)
+        assert asked.points is not None
+        assert (asked.points >= 0).all()
+        assert (asked.points <= 100).all()
+
+
+def test_remembered_distances_are_the_distances() -> None:
+    paths = judged([20, 60, 0, 80], 7.0).demonstrations.paths_xy()
+    memory = NearMemory()
+    for some in (paths[:2], paths, np.stack(paths), paths[::-1]):
+        for scene in (SCENE, replace(SCENE, objects=(PLATE,))):
+            for symbols in (("glass", "plate"), ("plate",)):
+                found = memory(scene, some, symbols)
+                assert np.array_equal(found, nearest_approach(scene, some, symbols))
 
 
 @pytest.mark.parametrize(

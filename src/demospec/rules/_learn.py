@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,6 +22,9 @@ from demospec.rules._words import clearance_words, listed, plural
 
 F_MAX = 60
 """Bound on the summed penalty where nobody gives one, as in a problem file."""
+
+Measure = Callable[..., FloatArray]
+"""Called as `nearest_approach` is."""
 
 ANYONE = "anyone"
 """Name of the one type of a set in which no demonstration has a type."""
@@ -51,12 +54,14 @@ def approaches(
     *,
     split: str | None = "train",
     distance: Distance = "footprint",
+    measure: Measure = nearest_approach,
     progress: Progress = silent,
 ) -> Approaches:
     """Measures every labelled demonstration whose scene lists its objects.
 
     Args:
         split: Learn from these scenes only; where none is so marked, and for None, from all.
+        measure: In place of `nearest_approach`, for who remembers what it gave before.
 
     Raises:
         CannotJudgeError: No labelled demonstration is in a scene that lists its objects.
@@ -101,7 +106,7 @@ def approaches(
             continue
         scene = data.scene(scene_id)
         paths = d.paths_xy(mine)
-        parts.append(nearest_approach(scene, paths, data.symbols, distance=distance))
+        parts.append(measure(scene, paths, data.symbols, distance=distance))
         rows.append(mine)
         progress("distances", i + 1, len(every))
     if not parts:
@@ -131,6 +136,7 @@ def learn_rules(
     split: str | None = "train",
     influence: bool = True,
     settings: Mapping[str, Any] | None = None,
+    measure: Measure = nearest_approach,
     progress: Progress = silent,
 ) -> RuleSet:
     """What every user type of a set keeps away from, and how far.
@@ -146,12 +152,13 @@ def learn_rules(
             centres, scenes pooled, within a second a type. Null, with the reason under
             ``evidence``, where it does not apply.
         settings: Of the influence problem: ``F_max``, ``reading``, ``preset``, ….
+        measure: See `approaches`.
 
     Raises:
         CannotJudgeError: No scene lists its objects.
         InputError: No label.
     """
-    seen = approaches(data, split=split, distance=distance, progress=progress)
+    seen = approaches(data, split=split, distance=distance, measure=measure, progress=progress)
     unit = hundredth(data)
     present = [t for t in data.types if (seen.type == t).any()]
     if not present:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from demospec.demonstrations import bezier_points
 from demospec.errors import InputError
@@ -47,6 +48,7 @@ def best_clearance_path(
     pool: int = 300,
     seed: int = 0,
     type: str | None = None,
+    measure: Callable[..., FloatArray] = nearest_approach,
 ) -> Query:
     """The order-2 Bézier path, over some scenes, whose label would tell most.
 
@@ -54,6 +56,10 @@ def best_clearance_path(
         fit: The posterior.
         scenes: Name, scene and (start, goal) of each.
         unit: A hundredth of the table, set units.
+        measure: Called as `nearest_approach` is.
+
+    A path that leaves its scene's picture, where nobody could see it, is asked only if no path
+    inside tells anything.
     """
     from demospec.rules._query import Query
 
@@ -73,16 +79,19 @@ def best_clearance_path(
                 name, scene, (start, goal) = next(i for i in chosen if i[0] == best[1])
                 control = best[3] + unit * rng.standard_normal((2 * each, 2)) * 3
             paths = bezier_points(start[:2], goal[:2], control[:, None, :], _POINTS)
-            near = nearest_approach(scene, paths, fit.symbols, distance=distance)
+            near = measure(scene, paths, fit.symbols, distance=distance)
             bits, _ = path_bits(fit.particles, near)
-            top = int(bits.argmax())
-            if best is None or bits[top] > best[0]:
-                best = (float(bits[top]), name, paths[top], control[top])
+            # A label has one bit at most, so that a telling path in the picture comes first.
+            worth = bits + 2.0 * (_in_picture(scene, paths) & (bits >= SETTLED_BITS))
+            top = int(worth.argmax())
+            if best is None or worth[top] > best[0]:
+                best = (float(worth[top]), name, paths[top], control[top])
     assert best is not None
+    gain = best[0] - 2.0 if best[0] >= 2.0 else best[0]
     now = distinguishable(fit.particles, unit)
-    if best[0] < SETTLED_BITS:
+    if gain < SETTLED_BITS:
         word = "no path of the pool tells the remaining clearances apart"
-        return Query("settled", bits=best[0], total=now, exact=False, note=word, type=type)
+        return Query("settled", bits=gain, total=now, exact=False, note=word, type=type)
     scene = next(s for n, s, _ in chosen if n == best[1])
     points = np.round(best[2], 1) + 0.0
     near = nearest_approach(scene, points[None], fit.symbols, distance=distance)
@@ -118,6 +127,13 @@ def _controls(
         place = np.array([(x0 + x1) / 2, (y0 + y1) / 2]) + size * rng.normal(0, 0.6, 2)
         out[i] = (place - ends) * 2
     return out
+
+
+def _in_picture(scene: Scene, paths: FloatArray) -> NDArray[np.bool_]:
+    """(n,) whether each path stays inside the scene's picture; all do where it has none."""
+    if scene.size_px is None:
+        return np.ones(len(paths), dtype=bool)
+    return np.asarray(((paths >= 0) & (paths <= np.asarray(scene.size_px))).all(axis=(1, 2)))
 
 
 def _accepts(particles: Particles, near: FloatArray) -> FloatArray:

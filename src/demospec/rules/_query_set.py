@@ -7,24 +7,31 @@ import numpy as np
 from demospec.demonstrations import DemonstrationSet
 from demospec.errors import InputError
 from demospec.rules._clearance import fit_clearance
-from demospec.rules._learn import ANYONE, approaches, hundredth
+from demospec.rules._clearance_distance import nearest_approach
+from demospec.rules._learn import ANYONE, Measure, approaches, hundredth
 from demospec.rules._query import Query
 from demospec.rules._query_clearance import best_clearance_path
 
 
 def query_set(
-    data: DemonstrationSet, *, type: str | None = None, pool: int = 300, seed: int = 0
+    data: DemonstrationSet,
+    *,
+    type: str | None = None,
+    pool: int = 300,
+    seed: int = 0,
+    measure: Measure = nearest_approach,
 ) -> Query:
     """The scene and path whose label would tell most about the clearances of one user type.
 
     Args:
         data: As for `learn_rules`.
         type: User type; by default the one whose best question tells most.
+        measure: In place of `nearest_approach`, for who remembers what it gave before.
 
     Raises:
         InputError: Not a type with labelled demonstrations.
     """
-    seen = approaches(data)
+    seen = approaches(data, measure=measure)
     present = [t for t in (*data.types, ANYONE) if (seen.type == t).any()]
     if type is not None and type not in present:
         raise InputError(f"one of the types {', '.join(present)}", type, field="--type")
@@ -39,6 +46,8 @@ def query_set(
         mine = seen.type == name
         fit = fit_clearance(seen.nearest[mine], seen.valid[mine], data.symbols, unit=unit)
         found.append(
-            best_clearance_path(fit, scenes, "footprint", unit, pool=pool, seed=seed, type=name)
+            best_clearance_path(
+                fit, scenes, "footprint", unit, pool=pool, seed=seed, type=name, measure=measure
+            )
         )
     return max(found, key=lambda q: (q.status == "ask", q.bits))

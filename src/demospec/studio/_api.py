@@ -174,7 +174,8 @@ def build_router(bench: Workbench) -> Any:
     @router.get("/query", summary="The path whose label would tell most")
     def get_query(type: str, seed: int = 0) -> dict[str, Any]:
         found = question(bench.data(), type, seed=seed)
-        return {**found.to_json(), "advice": how_many_more(found)}
+        known = understand(bench.data(), type)
+        return {**found.to_json(), "advice": how_many_more(found, known)}
 
     @router.get("/export/rules", summary="The rule file, as `demospec rules SET --json`")
     def export_rules() -> dict[str, Any]:

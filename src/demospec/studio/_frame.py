@@ -20,7 +20,7 @@ PAGES = (
 
 @contextmanager
 def page_frame(title: str, active: str, *, script: str | None = None) -> Iterator[Any]:
-    """Header with navigation, and a ``main`` element to build the page in.
+    """Header with navigation, and an element to build the page in (nicegui's is the ``main``).
 
     Light or dark as the system has it. Call it inside a function under ``ui.page``.
 
@@ -46,6 +46,6 @@ def page_frame(title: str, active: str, *, script: str | None = None) -> Iterato
             for key, words, path in PAGES:
                 mark = ' aria-current="page"' if key == active else ""
                 ui.html(f'<a href="{path}"{mark}>{words}</a>', sanitize=False)
-    with ui.element("main").classes(f"studio-main page-{active}") as main:
+    with ui.element("div").classes(f"studio-main page-{active}") as main:
         ui.html(f'<h1 class="out-of-sight">{title}</h1>', sanitize=False)
         yield main

@@ -13,15 +13,20 @@ from demospec.rules import ClearanceRule
 from demospec.scene import Footprint, Scene
 
 
-def rings_svg(scene: Scene, rule: ClearanceRule | None) -> str:
+def rings_svg(
+    scene: Scene, rule: ClearanceRule | None, scale: float | None = None, units: str = "px"
+) -> str:
     """SVG: for every object that matters, the least clearance dashed, the greatest solid.
 
     Between them lies what the demonstrations leave open. An upper end that no demonstration
     sets is not drawn.
+
+    Args:
+        scale, units: `metres_per_unit` and `units` of the set, for the words.
     """
     if rule is None or scene.objects is None:
         return ""
-    parts = []
+    bands, rims = [], []
     for item in scene.objects:
         if item.symbol not in rule.value:
             continue
@@ -30,14 +35,17 @@ def rings_svg(scene: Scene, rule: ClearanceRule | None) -> str:
         low = max(low, 0.0)
         shape: Any = item.outline
         inner = outline_at(shape, low)
-        words = f"{item.symbol}: keep at least {describe_length(low, None)}"
+        words = f"{item.symbol}: keep at least {describe_length(low, scale, units)}"
         if math.isfinite(high):
             outer = outline_at(shape, high)
-            parts.append(f'<path class="ring-band" d="{outer}{inner}"/>')
-            parts.append(f'<path class="ring upper" d="{outer}"/>')
-            words += f", at most {describe_length(high, None)}"
-        parts.append(f'<path class="ring lower" d="{inner}"><title>{_safe(words)}</title></path>')
-    return f'<g class="rings">{"".join(parts)}</g>' if parts else ""
+            bands.append(f'<path class="ring-band" d="{outer}{inner}"/>')
+            rims.append(f'<path class="ring upper" d="{outer}"/>')
+            words += f", at most {describe_length(high, scale, units)}"
+        rims.append(f'<path class="ring lower" d="{inner}"><title>{_safe(words)}</title></path>')
+    if not rims:
+        return ""
+    # One group, so that overlapping bands are as light as one.
+    return f'<g class="rings"><g class="ring-bands">{"".join(bands)}</g>{"".join(rims)}</g>'
 
 
 @lru_cache(maxsize=4096)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import io
+import re
 from collections.abc import Iterable
 from html import escape
 
@@ -11,6 +12,14 @@ import numpy as np
 
 from demospec.demonstrations import Demonstration
 from demospec.scene import Capsule, Disc, Footprint, Polygon, Scene
+
+VERDICTS = {True: "accepted", False: "rejected", None: "unsaid"}
+
+
+def short_name(demo_id: str) -> str:
+    """``#7`` for the seventh path drawn here, else the name itself."""
+    found = re.fullmatch(r"drawn-0*(\d+)", demo_id)
+    return f"#{found[1]}" if found else demo_id
 
 
 def view_box(scene: Scene) -> tuple[float, float, float, float]:
@@ -57,12 +66,7 @@ def scene_svg(
             f"({escape(item.id)})</title></g>"
         )
     parts.append(paths_svg(demonstrations))
-    r = 4 * line
-    sx, sy, gx, gy = *scene.start[:2], *scene.goal[:2]
-    parts.append(
-        f'<circle class="end" cx="{sx:g}" cy="{sy:g}" r="{r:g}"><title>start</title></circle>'
-    )
-    parts.append(f'<path class="end" d="{_star(gx, gy, 1.6 * r)}"><title>goal</title></path>')
+    parts.append(ends_svg(scene))
     parts.append("</svg>")
     return "".join(parts)
 
@@ -77,19 +81,46 @@ def marks_svg(scene: Scene, inner: str) -> str:
     )
 
 
+def ends_svg(scene: Scene, *, words: bool = False) -> str:
+    """The start as a circle, the goal as a star; with `words` named so."""
+    x, _, width, height = view_box(scene)
+    r = max(width, height) / 50
+    parts = []
+    for (ex, ey, *_), shape, name in (
+        (scene.start, "circle", "start"),
+        (scene.goal, "star", "goal"),
+    ):
+        title = f"<title>{name}</title>"
+        parts.append(
+            f'<circle class="end" cx="{ex:g}" cy="{ey:g}" r="{r:g}">{title}</circle>'
+            if shape == "circle"
+            else f'<path class="end" d="{_star(ex, ey, 1.6 * r)}">{title}</path>'
+        )
+        if words:
+            # Beside the mark, on the side where there is room.
+            right = ex - x < width / 2
+            at, anchor = (ex + 2.2 * r, "start") if right else (ex - 2.2 * r, "end")
+            parts.append(
+                f'<text class="end-word" x="{at:g}" y="{ey + 0.6 * r:g}" '
+                f'font-size="{1.7 * r:g}" text-anchor="{anchor}">{name}</text>'
+            )
+    return "".join(parts)
+
+
 def paths_svg(demonstrations: Iterable[Demonstration], chosen: str | None = None) -> str:
     """Paths, each a light line under one in the colour and dash of its verdict."""
     parts = []
     for demo in demonstrations:
-        verdict = {True: "accepted", False: "rejected", None: "unsaid"}[demo.valid]
+        verdict = VERDICTS[demo.valid]
         points = " ".join(f"{px:.2f},{py:.2f}" for px, py in demo.xy)
-        who = demo.demonstrator or demo.type or "somebody"
+        who = demo.demonstrator or demo.type
+        by = f" by {escape(who)}" if who else ""
         mark = " chosen" if demo.demo_id == chosen else ""
         name = escape(demo.demo_id)
         parts.append(
             f'<polyline class="halo" points="{points}"/>'
             f'<polyline class="path {verdict}{mark}" points="{points}" data-id="{name}"><title>'
-            f"{name}: {escape(who)}, {verdict}</title></polyline>"
+            f"{escape(short_name(demo.demo_id))}: {verdict}{by}</title></polyline>"
         )
     return "".join(parts)
 

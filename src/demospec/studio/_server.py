@@ -57,7 +57,7 @@ def serve(
     keep_written(workbench)
     ui.run(
         host=host, port=port, title="demospec studio", reload=False, show=show,
-        show_welcome_message=False,
+        show_welcome_message=False, language="en-US",
     )  # fmt: skip
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import time
 from typing import Any
 
@@ -9,6 +10,9 @@ from demospec.errors import DemospecError
 from demospec.studio._teach_state import TeachState
 from demospec.studio._teach_view import TeachView
 from demospec.studio._workbench import Workbench
+
+PAUSE_S = 0.3
+"""How long nothing must happen until the next question is computed."""
 
 
 def register(workbench: Workbench) -> None:
@@ -34,8 +38,11 @@ def register(workbench: Workbench) -> None:
                     began = time.perf_counter()
                     await run.io_bound(state.understand)
                     view.show_understood(time.perf_counter() - began)
-                    await run.io_bound(state.ask)
-                    view.show_advice()
+                    # The next verdict often comes at once, and must not wait for advice.
+                    await asyncio.sleep(PAUSE_S)
+                    if state.computed == state.wanted():
+                        await run.io_bound(state.ask)
+                        view.show_advice()
             finally:
                 busy["on"] = False
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from demospec.demonstrations import Demonstration
-from demospec.errors import InputError
+from demospec.errors import DemospecError, InputError
 from demospec.rules import Query
 from demospec.scene import Scene
+from demospec.studio._scene_svg import short_name
 from demospec.studio._understood import (
     Conflict,
     how_many_more,
@@ -17,6 +18,10 @@ from demospec.studio._understood import (
 from demospec.studio._workbench import Workbench
 
 NEXT_AFTER = {"after 1 verdict": 1, "after 3 verdicts": 3, "after 5 verdicts": 5, "when I say": 0}
+
+
+class NotNow(DemospecError):
+    """Why something cannot be done now: a sentence for the person at the page."""
 
 
 class TeachState:
@@ -59,6 +64,25 @@ class TeachState:
         """Those that the person did not decide to keep."""
         return [c for c in self.understood.conflicts if c not in self.kept]
 
+    @property
+    def hint(self) -> str:
+        """What to do next, in one line."""
+        if self.asked is not None:
+            return f"Would {self.who} accept the green path? Press A for yes, R for no."
+        chosen = self.bench.standing.demonstrations.get(self.chosen or "")
+        if chosen is None:
+            return "Draw a path from the circle to the star, with mouse, pen or finger."
+        name = short_name(chosen.demo_id)
+        if chosen.valid is None:
+            return f"Would {self.who} accept this path? Press A for yes, R for no."
+        verdict = "accepted" if chosen.valid else "rejected"
+        return f"{name} is {verdict}. Draw another path, or press N for the next scene."
+
+    @property
+    def who(self) -> str:
+        """The type, as it stands in a question."""
+        return "you" if self.type == "me" else f"“{self.type}”"
+
     def wanted(self) -> tuple[int, str]:
         """What `computed` must be for the understanding to be of now."""
         return (self.bench.version, self.type)
@@ -73,11 +97,12 @@ class TeachState:
         """Computes the next question (for a worker thread)."""
         wanted = self.wanted()
         try:
-            found = question(self.bench.data(), wanted[1], seed=wanted[0])
+            # The same pool for some versions: what was measured then is remembered.
+            found = question(self.bench.data(), wanted[1], seed=wanted[0] // 8)
         except InputError:
             self.next_question, self.advice = None, ""
             return
-        self.next_question, self.advice = found, how_many_more(found)
+        self.next_question, self.advice = found, how_many_more(found, self.understood)
 
     def do(self, what: str, value: Any = None) -> None:
         """One thing that the person asked for.
@@ -104,6 +129,11 @@ class TeachState:
         for name in ("type", "demonstrator"):
             if isinstance(value.get(name), str) and value[name].isprintable():
                 setattr(self, name, value[name][:60] or getattr(self, name))
+        self.next_after = NEXT_AFTER.get(str(value.get("next_after")), self.next_after)
+        for entry in value.get("kept") or ():
+            if isinstance(entry, dict) and isinstance(entry.get("against"), list):
+                against = tuple(str(name) for name in entry["against"])
+                self.kept.add(Conflict(str(entry.get("demo_id")), against))
 
     def _do_stroke(self, value: Any) -> None:
         if not isinstance(value, dict):
@@ -123,7 +153,7 @@ class TeachState:
             self.chosen, self.asked = demo.demo_id, None
             return
         if self.chosen is None:
-            raise InputError("a path to judge: draw one, or click one", "none", field="path")
+            raise NotNow("Draw a path first, or click one.")
         first = self.bench.standing.demonstrations[self.chosen].valid is None
         self.bench.label(self.chosen, valid, actor=self.actor)
         self.verdicts_here += first
@@ -138,17 +168,17 @@ class TeachState:
 
     def _do_undo(self, _: Any) -> None:
         if self.bench.undo(self.actor) is None:
-            raise InputError("something of yours to undo", "nothing", field="undo")
+            raise NotNow("Nothing of this tab is left to undo.")
         self._look_again()
 
     def _do_redo(self, _: Any) -> None:
         if self.bench.redo(self.actor) is None:
-            raise InputError("something of yours to redo", "nothing", field="redo")
+            raise NotNow("There is nothing to redo.")
         self._look_again()
 
     def _do_delete(self, _: Any) -> None:
         if self.chosen is None:
-            raise InputError("a path to delete: click one", "none", field="path")
+            raise NotNow("Click the path to delete first.")
         self.bench.delete(self.chosen, actor=self.actor)
         self._look_again()
 
@@ -157,6 +187,15 @@ class TeachState:
 
     def _do_previous(self, _: Any) -> None:
         self._step(-1)
+
+    def to_remember(self) -> dict[str, Any]:
+        """What `_do_hello` wants to hear again."""
+        after = next(words for words, n in NEXT_AFTER.items() if n == self.next_after)
+        return {
+            "scene": self.scene_id, "type": self.type, "demonstrator": self.demonstrator,
+            "next_after": after,
+            "kept": [{"demo_id": c.demo_id, "against": list(c.against)} for c in self.kept],
+        }  # fmt: skip
 
     def _step(self, by: int) -> None:
         names = [s.scene_id for s in self.bench.scenes]
@@ -176,9 +215,9 @@ class TeachState:
             self.ask()
         found = self.next_question
         if found is None:
-            raise InputError("one accepted or rejected path first", "none", field="question")
+            raise NotNow("Accept or reject one path in a scene with known objects first.")
         if found.status != "ask":
-            raise InputError("something to ask", "settled: every path's verdict is clear")
+            raise NotNow("Nothing is left to ask: the verdict on every path is clear.")
         self.asked, self.chosen, self.scene_id = found, None, str(found.scene)
 
     def _do_stop_asking(self, _: Any) -> None:
@@ -187,7 +226,7 @@ class TeachState:
     def _do_type(self, value: Any) -> None:
         word = str(value or "").strip()
         if not word or len(word) > 60 or not word.isprintable():
-            raise InputError("a name of 1 to 60 characters", word, field="type")
+            raise NotNow("A type is named with 1 to 60 characters.")
         self.type, self.chosen, self.asked = word, None, None
 
     def _do_demonstrator(self, value: Any) -> None:

@@ -9,9 +9,16 @@ from typing import Any
 from urllib.parse import quote
 
 from demospec.studio._rings import rings_svg
-from demospec.studio._scene_svg import marks_svg, paths_svg, scene_svg, view_box
+from demospec.studio._scene_svg import (
+    ends_svg,
+    marks_svg,
+    paths_svg,
+    scene_svg,
+    short_name,
+    view_box,
+)
 from demospec.studio._teach_state import NEXT_AFTER, TeachState
-from demospec.studio._teach_words import conflict_words, rows_html, short_name, understood_html
+from demospec.studio._teach_words import conflict_words, rows_html, understood_html
 
 MOST_ROWS = 60
 """Paths listed for one scene; more are counted."""
@@ -30,6 +37,7 @@ class TeachView:
         self.state = state
         self.on_act: Act
         self._shown_scene: tuple[str, int] | None = None
+        self._shown_types: tuple[tuple[str, ...], str] | None = None
 
     def build(self) -> None:
         """Builds the page inside the current element."""
@@ -100,7 +108,8 @@ class TeachView:
 
         with ui.element("section").classes("card understood"):
             ui.html("Understood so far", sanitize=False, tag="h2")
-            self.words = ui.html("", sanitize=False)
+            self.words = ui.html("<p class='soft'>Looking at what is there…</p>", sanitize=False)
+            self.words.props('aria-live="polite"')
             self.conflicts = ui.element("div").classes("conflicts")
             with ui.element("div").classes("ask"):
                 self.ask = self._button("Ask me", "ask", key="Q", look="ask-button")
@@ -123,8 +132,14 @@ class TeachView:
         with ui.element("section").classes("card people"):
             ui.html("Who is teaching", sanitize=False, tag="h2")
             with ui.element("div").classes("fields"):
-                self.type = field("Type", "type-field", "type", self.state.type, "list=type-list")
-                self.demonstrator = field("Name", "name-field", "demonstrator", "")
+                self.type = field(
+                    "Type", "type-field", "type", self.state.type,
+                    "aria-describedby=type-words",
+                )  # fmt: skip
+                self.types = ui.element("div").classes("type-chips")
+                self.demonstrator = field(
+                    "Name", "name-field", "demonstrator", "", 'placeholder="may be left out"'
+                )
                 ui.html("<label for='next-field'>Next scene</label>", sanitize=False)
                 with ui.element("select").props("id=next-field").classes("plain-input").on(
                     "change", lambda e: self.on_act("next_after", e.args),
@@ -135,7 +150,10 @@ class TeachView:
                         ui.html(escape(words), sanitize=False, tag="option").props(
                             f'value="{words}"{mark}'
                         )
-            self.types = ui.html("", sanitize=False)
+            ui.html(
+                "A type is a kind of person, such as careful. Its paths are understood together.",
+                sanitize=False, tag="p",
+            ).props("id=type-words").classes("soft type-words")  # fmt: skip
 
     def _build_paths(self) -> None:
         from nicegui import ui
@@ -144,10 +162,15 @@ class TeachView:
             self.paths_heading = ui.html("", sanitize=False, tag="h2")
             self.list = ui.element("div").classes("path-list")
             ui.html(
-                "Every stroke is saved at once. The set is written to "
-                f"<code>{escape(str(self.state.bench.out))}</code>. "
-                "<a href='/api/export/rules' download='rules.json'>Rules</a> · "
-                "<a href='/api/export/set.zip'>Set</a>",
+                "<a class='plain-button' href='/api/export/rules' download='rules.json'>"
+                "Save the rules</a>"
+                "<a class='plain-button' href='/api/export/set.zip' download='set.zip'>"
+                "Save the set</a>",
+                sanitize=False, tag="p",
+            ).classes("take")  # fmt: skip
+            ui.html(
+                "Every stroke is saved at once; the set is written to "
+                f"<code>{escape(str(self.state.bench.out))}</code>.",
                 sanitize=False, tag="p",
             ).classes("soft saved")  # fmt: skip
 
@@ -182,7 +205,8 @@ class TeachView:
                     "width": width,
                 }
             )
-            self.stage.update()
+        self.stage._props["data-hint"] = state.hint
+        self.stage.update()
         total = len(standing.scenes)
         self.heading.set_content(
             f"Scene {escape(scene.scene_id)} <span class='soft'>{place + 1} of {total}</span>"
@@ -197,25 +221,44 @@ class TeachView:
             (self.undo, can_undo), (self.redo, can_redo),
         ):  # fmt: skip
             button.props(remove="disabled") if on else button.props("disabled")
-        options = "".join(f"<option value='{escape(t)}'></option>" for t in bench.types)
-        self.types.set_content(f"<datalist id='type-list'>{options}</datalist>")
+        self._show_types()
+
+    def _show_types(self) -> None:
+        """The types there are, one click each."""
+        from nicegui import ui
+
+        now = (self.state.bench.types, self.state.type)
+        if now == self._shown_types:
+            return
+        self._shown_types = now
+        self.types.clear()
+        with self.types:
+            for name in now[0] if now[0] != (now[1],) else ():
+                ui.html(escape(name), sanitize=False, tag="button").props(
+                    f"type=button aria-pressed={'true' if name == now[1] else 'false'}"
+                ).classes("plain-button small").on(
+                    "click", lambda name=name: self.on_act("type", name), args=[]
+                )
 
     def _show_marks(self) -> None:
         state = self.state
-        parts = [rings_svg(state.scene, state.understood.rule), paths_svg(state.here, state.chosen)]
+        bench = state.bench
+        rings = rings_svg(state.scene, state.understood.rule, bench.metres_per_unit, bench.units)
+        parts = [rings, paths_svg(state.here, state.chosen)]
         if state.asked is not None and state.asked.points is not None:
             points = " ".join(f"{p[0]:.1f},{p[1]:.1f}" for p in state.asked.points)
             parts.append(f'<polyline class="halo" points="{points}"/>')
             parts.append(f'<polyline class="question-path" points="{points}"/>')
+        parts.append(ends_svg(state.scene, words=len(parts) == 2 and not state.here))
         self.marks.set_content(marks_svg(state.scene, "".join(parts)))
 
     def _show_list(self) -> None:
         from nicegui import ui
 
         rows = rows_html(self.state.here, self.state.chosen)
+        of = escape(self.state.type)
         self.paths_heading.set_content(
-            f"Paths of {escape(self.state.type)} in this scene "
-            f"<span class='soft'>{len(rows)}</span>"
+            f"Paths of {of} in this scene <span class='soft'>{len(rows)}</span>"
         )
         self.list.clear()
         with self.list:
@@ -271,9 +314,10 @@ class TeachView:
         from nicegui import ui
 
         state = self.state
-        kept = {"scene": state.scene_id, "type": state.type, "demonstrator": state.demonstrator}
+        kept = state.to_remember()
         ui.run_javascript(
             f"window.teachRemember?.({json.dumps(kept)});"
             f"document.getElementById('type-field').value={json.dumps(state.type)};"
             f"document.getElementById('name-field').value={json.dumps(state.demonstrator)};"
+            f"document.getElementById('next-field').value={json.dumps(kept['next_after'])};"
         )

@@ -3,21 +3,13 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterable
 from html import escape
 
 from demospec.demonstrations import Demonstration
 from demospec.frames import describe_length
+from demospec.studio._scene_svg import VERDICTS, short_name
 from demospec.studio._understood import Conflict, Understood
-
-VERDICTS = {True: "accepted", False: "rejected", None: "unsaid"}
-
-
-def short_name(demo_id: str) -> str:
-    """``#7`` for the seventh path drawn here, else the name itself."""
-    found = re.fullmatch(r"drawn-0*(\d+)", demo_id)
-    return f"#{found[1]}" if found else demo_id
 
 
 def understood_html(found: Understood, scale: float | None, units: str) -> str:
@@ -35,9 +27,11 @@ def understood_html(found: Understood, scale: float | None, units: str) -> str:
         + "</ul>"
     )
     if found.rule is None and not found.accepted + found.rejected:
+        whose = "you" if found.type == "me" else f"<b>{who}</b>"
         return (
-            f"{counts}<p class='sentence soft'>Draw a path that <b>{who}</b> would accept, and one "
-            "that comes too near. Two are enough to begin.</p>"
+            f"{counts}<p class='sentence soft'>Draw a path that {whose} would accept, and one that "
+            "comes too near to something. Two are enough to begin; rings will show what was "
+            "understood.</p>"
         )
     html = f"{counts}<p class='sentence'><b>{who}</b>: {escape(found.sentence)}.</p>"
     if found.rule is None or not found.rule.value:
@@ -48,11 +42,7 @@ def understood_html(found: Understood, scale: float | None, units: str) -> str:
     for symbol, value in found.rule.value.items():
         low, high = found.rule.interval.get(symbol, (value, value))
         low = max(low, 0.0)
-        ends = describe_length(low, scale, units)
-        if math.isfinite(high):
-            ends = f"{low:.1f} to {describe_length(high, scale, units)}"
-        else:
-            ends = f"{ends} or more"
+        ends = span_words(low, high, scale, units)
         a, b = 100 * low / top, 100 * min(high, top) / top
         sure = found.probability.get(symbol)
         words = "" if sure is None else f"matters with probability {sure:.2f}"
@@ -63,6 +53,20 @@ def understood_html(found: Understood, scale: float | None, units: str) -> str:
             f"<span class='bar-ends'>{ends}</span></div>"
         )
     return f"{html}<div class='bars'>{''.join(rows)}</div>"
+
+
+def span_words(low: float, high: float, scale: float | None, units: str) -> str:
+    """``2.9 to 3.3 px (2.4 to 2.7 cm)``, or ``2.9 px or more``."""
+    if not math.isfinite(high):
+        return f"{describe_length(low, scale, units)} or more"
+    if units == "m":
+        return f"{100 * low:.1f} to {100 * high:.1f} cm"
+    words = f"{low:.1f} to {high:.1f} {units}"
+    return (
+        words
+        if scale is None
+        else f"{words} ({100 * low * scale:.1f} to {100 * high * scale:.1f} cm)"
+    )
 
 
 def rows_html(demos: Iterable[Demonstration], chosen: str | None) -> list[tuple[str, str, bool]]:

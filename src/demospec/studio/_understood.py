@@ -11,7 +11,8 @@ import numpy as np
 
 from demospec.demonstrations import DemonstrationSet
 from demospec.errors import InputError
-from demospec.rules import ClearanceRule, Query, learn_rules, nearest_approach, query_set
+from demospec.rules import ClearanceRule, Query, learn_rules, query_set
+from demospec.studio._near import near as measure
 
 
 @dataclass(frozen=True)
@@ -93,7 +94,7 @@ def understand(data: DemonstrationSet | None, type: str) -> Understood:
     if not counts[0] + counts[1]:
         return Understood(type, *counts, None, "nothing accepted or rejected yet")
     try:
-        rules = learn_rules(mine, split=None, influence=False).of_type(type)
+        rules = learn_rules(mine, split=None, influence=False, measure=measure).of_type(type)
     except InputError as error:
         return Understood(type, *counts, None, f"cannot learn: {error}")
     return Understood(
@@ -115,21 +116,30 @@ def question(data: DemonstrationSet | None, type: str, *, seed: int = 0) -> Quer
     mine = None if data is None else of_type(data, type)
     if mine is None or not (mine.demonstrations.valid >= 0).any():
         raise InputError("one accepted or rejected path first", "none", field="type")
-    return query_set(mine, type=type, pool=60, seed=seed)
+    return query_set(mine, type=type, pool=60, seed=seed, measure=measure)
 
 
-def how_many_more(query: Query) -> str:
-    """How many more answers would help, in words.
+ANSWERS_A_BIT = 3.0
+"""Answers that one bit of doubt took in simulated teaching: the best question tells nearly one
+bit at first and ever less, and what it was about may turn out to be another class of object."""
+
+
+def how_many_more(query: Query, found: Understood) -> str:
+    """What to show next, or how many more answers would help, in words.
 
     `Query.total` counts rules whose clearances differ by a quarter of a hundredth of the table;
-    a question of one bit halves it. Two bits are left over at a whole hundredth.
+    once four are left, each clearance is known to about a hundredth.
     """
-    if query.status == "settled" or not query.total or query.bits <= 0:
-        return "Enough: no further path would tell much."
-    missing = math.log2(max(query.total, 1.0)) - 2.0
-    more = max(1, math.ceil(missing / max(query.bits, 0.1)))
-    answers = "one more answer" if more == 1 else f"{more} more answers"
-    return f"About {answers} would settle it to 1 % of the table's width."
+    if not found.rejected:
+        return "Next, show a path that comes too near, and reject it."
+    if not found.accepted:
+        return "Next, show a path that is far enough, and accept it."
+    if query.status == "settled" or not query.total or query.bits <= 0 or query.total <= 4:
+        return "Enough: further paths would tell little."
+    missing = math.log2(query.total) - 2.0
+    more = math.ceil(ANSWERS_A_BIT * missing)
+    answers = "One more answer" if more == 1 else f"About {more} more answers"
+    return f"{answers} would settle it."
 
 
 def of_type(data: DemonstrationSet, type: str) -> DemonstrationSet | None:
@@ -156,7 +166,7 @@ def conflicts(data: DemonstrationSet) -> tuple[Conflict, ...]:
     for scene_id, rows in data.rows_by_scene().items():
         scene = data.scene(scene_id)
         if scene.objects is not None:
-            near[rows] = nearest_approach(scene, d.paths_xy(rows), data.symbols)
+            near[rows] = measure(scene, d.paths_xy(rows), data.symbols)
         else:
             near[rows] = np.nan
     seen = ~np.isnan(near).any(axis=1)

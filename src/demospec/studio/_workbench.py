@@ -288,12 +288,13 @@ class Workbench:
     def rules(self) -> RuleSet | None:
         """Clearance rules from what stands, or None while there is nothing to learn from."""
         from demospec.rules import learn_rules
+        from demospec.studio._near import near
 
         data = self.data()
         if data is None:
             return None
         try:
-            return learn_rules(data, split=None, influence=False)
+            return learn_rules(data, split=None, influence=False, measure=near)
         except InputError:  # no label yet, or no scene that lists its objects
             return None
 

@@ -10,7 +10,20 @@ const info = () => JSON.parse($("stage").dataset.scene || "null");
 const send = (name, value) => emitEvent(name, value);
 const near = (p, q) => Math.hypot(p[0] - q[0], p[1] - q[1]) <= REACH * info().width;
 
-function tell(words) { if (words !== said) { said = words; const line = $("hint"); if (line) line.textContent = words; } }
+// The line under the scene: what is under the pointer, else what to do next. What went wrong
+// stays for a while.
+let heldUntil = 0;
+function tell(words) { if (performance.now() >= heldUntil) write(words || $("stage").dataset.hint || "", false); }
+function warn(words) {
+  heldUntil = performance.now() + 5000;
+  write(words, true);
+  setTimeout(() => tell(""), 5050);
+}
+function write(words, held) {
+  const line = $("hint");
+  if (!line || words === said) return;
+  said = words; line.textContent = words; line.classList.toggle("held", held);
+}
 function place(e) {
   const p = new DOMPoint(e.clientX, e.clientY).matrixTransform(pen().getScreenCTM().inverse());
   return [Math.round(p.x * 100) / 100, Math.round(p.y * 100) / 100];
@@ -47,8 +60,8 @@ function end(e) {
   clear("drawing");
   const last = done.points[done.points.length - 1];
   if (done.points.length < 3) { const id = pathAt(e); if (id) send("teach_pick", id); return; }
-  if (!done.began) return tell("Begin at the circle: that is where the motion starts.");
-  if (!near(last, scene.goal)) return tell("End at the star: that is where the motion must arrive.");
+  if (!done.began) return warn("Begin at the circle: that is where the motion starts.");
+  if (!near(last, scene.goal)) return warn("End at the star: that is where the motion must arrive.");
   done.points.push(scene.goal); done.t.push(done.t[done.t.length - 1]);
   send("teach_stroke", { scene: scene.id, points: done.points, t: done.t.map((s) => Math.round(s * 1000) / 1000) });
 }
@@ -114,7 +127,7 @@ function key(e) {
 let running = 0;
 function replay() {
   const line = document.querySelector("#stage .path.chosen") || document.querySelector("#stage .question-path");
-  if (!line) return tell("Choose a path first: click it.");
+  if (!line) return warn("Choose a path first: click it.");
   const points = line.getAttribute("points").trim().split(/\s+/).map((p) => p.split(",").map(Number));
   const length = [0];
   for (let i = 1; i < points.length; i++) length.push(length[i - 1] + Math.hypot(points[i][0] - points[i - 1][0], points[i][1] - points[i - 1][1]));
@@ -140,7 +153,7 @@ async function addPicture(file) {
   const name = encodeURIComponent(file.name.replace(/\.[^.]*$/, "").slice(0, 40));
   const answer = await fetch("/api/scenes?name=" + name, { method: "POST", body: file, headers: { "Content-Type": "application/octet-stream" } });
   const document_ = await answer.json();
-  if (answer.ok) send("teach_scene", document_.scene_id); else tell("That picture cannot be used: " + document_.detail);
+  if (answer.ok) send("teach_scene", document_.scene_id); else warn("That picture cannot be used: " + document_.detail);
 }
 
 function start() {
@@ -156,7 +169,9 @@ function start() {
   try { kept = JSON.parse(sessionStorage.demospecTeach || "{}"); } catch { kept = {}; }
   send("teach_hello", { tab, ...kept });
   window.teachRemember = (state) => { sessionStorage.demospecTeach = JSON.stringify(state); };
-  window.teachTell = tell;
+  window.teachTell = warn;
+  new MutationObserver(() => { heldUntil = 0; tell(""); }).observe($("stage"), { attributeFilter: ["data-hint"] });
+  tell("");
   document.body.dataset.ready = "yes";
 }
 start();
