@@ -22,6 +22,7 @@ from demospec.rules import (
     RuleScene,
     RuleTrajectory,
     describe_influence,
+    evaluate_rule,
     identify_F_max,
     minimal_conflict,
     solve,
@@ -242,3 +243,22 @@ def test_unknown_F_max_without_objects():
     assert (answer.hull_T_min, answer.hull_radius) == ((0, 12), ())
     bad = (replace(paths[0], valid=False),)
     assert identify_F_max(RuleProblem(empty, bad, None, bounds=bounds)).status == "infeasible"
+
+
+def test_a_tolerant_fit_stopped_at_once_gives_the_best_it_knows(monkeypatch):
+    """Unproven, so named a time-out; what it says it contradicts is what it contradicts."""
+    monkeypatch.setattr(tolerant, "small", lambda *args: False)
+    clean = pixel_problem(5)
+    paths = [replace(p, valid=p.valid ^ (i % 4 == 0)) for i, p in enumerate(clean.trajectories)]
+    problem = replace(clean, trajectories=tuple(paths))
+    answer = tolerant.solve_tolerant(problem, -math.inf, 10, 0.0)
+    assert answer.status == "timeout"
+    assert answer.min is not None
+    assert answer.min == answer.max
+    assert answer.hull_T_min is None
+    own = dict(zip(problem.parameters, answer.min[1:], strict=True))
+    verdicts = evaluate_rule(problem, answer.min[0], own)
+    wrong = [i for i, v in enumerate(verdicts) if v.valid != problem.trajectories[i].valid]
+    assert list(answer.contradicted) == wrong
+    assert 0 < len(wrong) < len(problem.trajectories) / 2
+    assert "fewer may do" in describe_influence(answer, problem)[0]

@@ -191,7 +191,7 @@ def _set(
                 ]
             )
     unit = answer.units
-    header = ["type", "class", "matters", "sure", f"clearance {unit}", "at least", "at most"]
+    header = ["type", "class", "matters", "chance", f"clearance {unit}", "at least", "at most"]
     print_table("Clearance by class", header, rows)
 
 

@@ -172,6 +172,11 @@ def describe_influence(
     if answer.status == "infeasible":
         return _contradiction(answer)
     if answer.hull_T_min is None or answer.hull_radius is None:
+        if answer.contradicted is not None:
+            return (
+                "The time ran out: the parameters printed contradict "
+                f"{len(answer.contradicted)} demonstration(s); fewer may do.",
+            )
         return ("No consistent parameters were found in the time allowed.",)
     low, high = answer.hull_T_min
     lines = [

@@ -19,7 +19,7 @@ from demospec.rules._exact import answer, point_rows, search_everything
 from demospec.rules._label_noise import LABEL_NOISE, slack_of
 from demospec.rules._measure import IntArray
 from demospec.rules._problem import RuleProblem
-from demospec.rules._search import EVERY_L, LEAST_T, Found, Search
+from demospec.rules._search import EVERY_L, LEAST_L, LEAST_T, Found, Search
 from demospec.rules._steps import BoolArray, StepProblem, step_problem
 from demospec.rules._tolerant_grid import by_grid, small
 
@@ -194,7 +194,7 @@ def _by_search(
     rows = point_rows(steps)
     domain = whole_domain(steps)
     tie_domain(domain, steps.problem.bounds.T_object)
-    fewest = _sampled(rows, domain)
+    fewest, known = _sampled(rows, domain)
     while fewest > 0:
         search = TolerantSearch(
             _Allowing(rows, fewest - 1), (domain.T[0], domain.T[1]), domain.low, domain.high
@@ -202,9 +202,12 @@ def _by_search(
         found = search.values(np.array([LEAST_T]), deadline, enough=True)
         if not found.any:
             if not found.proven:
-                none = answer(steps, "timeout", hull_exact=False)
-                return none, none
+                # Fewer may do, but the best that is known is more use than nothing.
+                stopped = answer(steps, "timeout", hull_exact=False, min=known, max=known)
+                return stopped, stopped
             break
+        at = found.at[LEAST_L]
+        known = (at[0], *(r - at[0] for r in at[1:]))
         fewest -= 1
 
     def envelope(allowed: int) -> InfluenceAnswer:
@@ -215,14 +218,16 @@ def _by_search(
         ) -> Search:
             return TolerantSearch(allowing, T, low, high, window)
 
-        return search_everything(steps, search_of, domain, listed, deadline)
+        out = search_everything(steps, search_of, domain, listed, deadline)
+        # Not found again in time, but known.
+        return out if out.min is not None else replace(out, min=known, max=known)
 
     best = envelope(fewest)
     return best, best if slack == 0 else envelope(fewest + slack)
 
 
-def _sampled(rows: StepRows, domain: Domain) -> int:
-    """A number of contradictions that some parameters attain: sampled, then improved."""
+def _sampled(rows: StepRows, domain: Domain) -> tuple[int, Parameters]:
+    """Parameters with few contradictions, and how many: sampled, then improved."""
     rng = np.random.default_rng(0)
     c, d = rows.bounds
     q = len(domain.low)
@@ -254,4 +259,4 @@ def _sampled(rows: StepRows, domain: Domain) -> int:
                 least, T0, own0 = int(count[i]), int(Ts[i]), tried[i]
         if least == before:
             break
-    return least
+    return least, (T0, *own0.tolist())
