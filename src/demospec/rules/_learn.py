@@ -149,7 +149,7 @@ def learn_rules(
         distance: Clearances to the ``footprint`` or to the ``center``.
         split: Learn from scenes of this split (all where none is so marked).
         influence: Answer with the influence family too: thresholds by class about the
-            centres, scenes pooled, within a second a type. Null, with the reason under
+            centres, scenes pooled, within five seconds a type. Null, with the reason under
             ``evidence``, where it does not apply.
         settings: Of the influence problem: ``F_max``, ``reading``, ``preset``, ….
         measure: See `approaches`.
