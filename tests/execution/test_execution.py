@@ -127,6 +127,25 @@ def test_executed_path_that_breaks_the_rule_is_said_to() -> None:
     assert rollout.check.violations[0].by == pytest.approx(3.5, abs=0.3)
 
 
+def test_influence_rule_judges_as_many_points_as_the_plan_had() -> None:
+    # Penalty of single points: the motion has four of them a unit and stands still at the goal.
+    answer = {
+        "status": "optimal",
+        "hull": {"T_min": [2, 2], "radius": {"glass": [70, 70]}},
+        "settings": {
+            "F_max": 8000, "scale": 1000, "reading": "sum", "penalty": "distance",
+            "weights": "points", "thresholds": "class",
+        },
+    }  # fmt: skip
+    rules = RuleSet({"anyone": TypeRules(influence=answer)}, metres_per_unit=M)
+    plan = planned(rules)
+    assert plan.obeys
+    assert plan.check.margin < 5000  # more than a third of the budget is spent
+    rollout = execute_plan(plan, table(), rules, robot="gantry")
+    assert rollout.keeps_rule
+    assert rollout.check.margin == pytest.approx(plan.check.margin, abs=100)
+
+
 def test_faults_are_one_line() -> None:
     with pytest.raises(InputError, match="robot: expected one of pr2, panda, gantry, found r2d2"):
         execute_plan(planned(), table(), RULES, robot="r2d2")

@@ -132,3 +132,43 @@ def test_answer_without_settings_is_obeyed_by_staying_out_of_every_disc() -> Non
     plan = plan_path(rules(bare), scene)
     assert plan.obeys
     assert plan.check.clearance["drill"] > 14
+
+
+def test_objects_that_the_answer_does_not_name_are_said() -> None:
+    scene = bench(("drill", 40.0, 32.0), ("spoon", 30.0, 30.0))
+    plan = plan_path(rules(answer([2, 4], [8, 14], [6, 10])), scene)
+    assert plan.obeys
+    assert plan.to_json()["uninformed"] == ["spoon"]
+    # What the caller leaves out on purpose is no surprise.
+    assert plan_path(rules(answer([2, 4], [8, 14], [6, 10])), scene, symbols=["drill"]).obeys
+
+
+def test_thresholds_per_class_are_matched_by_class_alone() -> None:
+    # An object whose id is the name of another class.
+    item = SceneObject("clamp", "drill", (40.0, 30.0))
+    scene = Scene("b", (5.0, 30.0), (75.0, 30.0), (item,), PICTURE)
+    for thresholds, keep in (("class", 14), ("instance", 10)):
+        known = rules(answer([2, 4], [8, 14], [6, 10], thresholds=thresholds))
+        assert cost_map(known, scene).zones[0].reach == pytest.approx(keep, abs=1e-3)
+
+
+def test_infeasible_answer_is_named_with_its_file(tmp_path: Path) -> None:
+    file = tmp_path / "answer.json"
+    none = answer([2, 4], [8, 14], [6, 10]) | {"status": "infeasible", "hull": None}
+    file.write_text(json.dumps(none))
+    with pytest.raises(InputError, match=r"answer\.json, status: .* found infeasible"):
+        read_plannable(file)
+
+
+def test_dense_path_can_be_judged_like_a_plan() -> None:
+    scene = bench(("drill", 40.0, 12.0), ("clamp", 40.0, 48.0))
+    known = rules(answer([3, 3], [20, 20], [20, 20], weights="points"))
+    plan = plan_path(known, scene)
+    assert plan.obeys
+    assert plan.check.margin < 50  # it spends of its budget
+    dense = np.concatenate([
+        a + np.linspace(0, 1, 8)[:, None] * (b - a)
+        for a, b in zip(plan.points[:-1], plan.points[1:], strict=True)
+    ])  # fmt: skip
+    assert not check_plan(known, scene, dense, envelope="upper").obeys
+    assert check_plan(known, scene, dense, envelope="upper", spacing=1.0).obeys

@@ -159,6 +159,15 @@ def test_unbounded_interval_falls_back_and_says_so() -> None:
     assert plan.check.clearance["g"] == pytest.approx(4.0, abs=0.1)
 
 
+def test_objects_of_uninformed_classes_are_said() -> None:
+    rules = RuleSet({"careful": TypeRules(ClearanceRule({"glass": 4.0}, {}, ("bowl",)))})
+    scene = Scene(
+        "u", (5.0, 50.0), (95.0, 50.0),
+        (SceneObject("bowl-7", "bowl", (50.0, 50.0), None, Disc((50.0, 50.0), 6.0)),), PICTURE,
+    )  # fmt: skip
+    assert plan_path(rules, scene).uninformed == ("bowl-7",)
+
+
 def test_start_within_the_envelope_only_caps_the_clearance() -> None:
     scene = scene_of(disc("g", 20, 80, 5.0))  # start is 9.14 away
     rules = rules_of({"glass": 4.0}, {"glass": (2.0, 12.0)})
@@ -267,6 +276,24 @@ def test_rules_of_every_kind_are_read(tmp_path: Path) -> None:
     file = tmp_path / "rules.json"
     file.write_text(json.dumps({"types": {"t": {"clearance": {"value": {"glass": 2}}}}}))
     assert read_plannable(file).types == ("t",)
+    answer = {
+        "family": "clearance", "status": "optimal", "relevant": ["glass"], "uninformed": ["bowl"],
+        "interval": {"glass": [2.0, 3.5]}, "value": {"glass": 2.5},
+        "settings": {"distance": "center"},
+    }  # fmt: skip
+    file.write_text(json.dumps(answer))
+    known = read_plannable(file)
+    assert known.types == ("anyone",)
+    assert cost_map(known, scene_of(disc("g", 50, 50))).clearance([50, 60]) == pytest.approx(10)
+    for wrong, field in (
+        ({"hull": {}}, "hull"),
+        ({"hull": {}, "settings": {"F_max": 3}}, "influence"),
+        ({"family": "clearance", "value": 3}, "value"),
+        ([answer], "object"),
+    ):
+        file.write_text(json.dumps(wrong))
+        with pytest.raises(InputError, match=rf"rules\.json.*{field}"):
+            read_plannable(file)
     file.write_text('{"nothing": 1}')
     with pytest.raises(InputError, match=r"rules\.json"):
         read_plannable(file)

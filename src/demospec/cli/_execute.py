@@ -95,7 +95,7 @@ def _write(out: Path, plan: Plan, rollout: Rollout, scene: Scene, video: str, fo
 def _show(document: dict[str, Any]) -> None:
     title = f"scene {document['scene_id']}, {document['type']}, {document['robot']}"
     if document["status"] != "done":
-        print_table(title, ["result", "why"], [[document["status"], document["reason"]]])
+        typer.echo(f"{title}\n{document['status']}: {document['reason']}")
         return
     error = document["tracking_error_m"]
     rows = [

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -83,7 +84,7 @@ def _show(document: dict[str, Any], metres_per_unit: float | None) -> None:
     title = f"scene {document['scene_id']}, {document['type']}, {document['planner']} planner, "
     title += f"envelope {document['envelope']}"
     if document["status"] != "found":
-        print_table(title, ["result", "why"], [[document["status"], document["reason"]]])
+        typer.echo(f"{title}\n{document['status']}: {document['reason']}")
         return
     verdict = "yes" if document["obeys"] else "no"
     rows = [
@@ -98,8 +99,18 @@ def _show(document: dict[str, Any], metres_per_unit: float | None) -> None:
         [f"too near to {v['object']}", f"by {words(v['by'])} at {v['at']}"]
         for v in document["violations"]
     ]
-    note = ""
+    print_table(title, ["what", "value"], rows, "\n".join(_notes(document, words)))
+
+
+def _notes(document: dict[str, Any], words: Callable[[float], str]) -> list[str]:
+    """What the plan could not rest on evidence."""
+    notes = []
     if document["unbounded"]:
         names = ", ".join(document["unbounded"])
-        note = f"no accepted demonstration bounds the clearance to {names}: point answer used"
-    print_table(title, ["what", "value"], rows, note)
+        notes.append(f"no accepted demonstration bounds the clearance to {names}: point answer")
+    for symbol, kept in document["capped"].items():
+        notes.append(f"start or goal is nearer to a {symbol} than the envelope: {words(kept)} kept")
+    if document["uninformed"]:
+        names = ", ".join(document["uninformed"])
+        notes.append(f"the rule says nothing about {names}: the plan may pass through")
+    return notes

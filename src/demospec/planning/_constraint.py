@@ -32,7 +32,7 @@ class Constraint:
         soft: The same with only what is strictly forbidden as radius, for rules that allow
             some influence (F_max); None where `zones` is the rule.
         limit: The influence rule itself; None for a clearance rule.
-        capped: See `Plan.capped`.
+        capped, uninformed: See `Plan`.
         judged_by: ``rule``, or ``model`` where only a model's eyes say where things are.
     """
 
@@ -41,6 +41,7 @@ class Constraint:
     soft: tuple[Zone, ...] | None = None
     limit: InfluenceLimit | None = None
     capped: dict[str, float] = field(default_factory=dict)
+    uninformed: tuple[str, ...] = ()
     judged_by: Literal["rule", "model"] = "rule"
 
     def check(self, path: FloatArray) -> PlanCheck:
@@ -86,14 +87,19 @@ def constraint_of(
             names = ", ".join(sorted(known)) or "none"
             raise InputError(f"symbols of the rule or scene ({names})", symbol, field="symbols")
     if rule.clearance is not None:
-        return Constraint(scene, clearance_zones(rule.clearance, scene, envelope, symbols=symbols))
+        zones = clearance_zones(rule.clearance, scene, envelope, symbols=symbols)
+        silent = tuple(o.id for o in listed if o.symbol in rule.clearance.uninformed)
+        return Constraint(scene, zones, uninformed=silent)
     if rule.influence is None:
         raise InputError("a rule to plan with", "none", field=f"types.{of}")
     limit = influence_limit(rule.influence, scene, envelope, symbols=symbols)
+    named = {o.id for o in limit.objects}
+    left_out = symbols or {o.symbol for o in listed}
+    silent = tuple(o.id for o in listed if o.id not in named and o.symbol in left_out)
     zones = limit.zones()
     if not limit.settings:
-        return Constraint(scene, zones)
-    return Constraint(scene, zones, limit.soft_zones(), limit)
+        return Constraint(scene, zones, uninformed=silent)
+    return Constraint(scene, zones, limit.soft_zones(), limit, uninformed=silent)
 
 
 def capped_at_ends(

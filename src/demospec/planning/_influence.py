@@ -115,7 +115,8 @@ def influence_limit(
 ) -> InfluenceLimit:
     """The influence rule of an answer, in a scene.
 
-    Parameters are matched to objects by id, then ``scene/id``, then class. ``upper`` and
+    Parameters are matched to objects by id, then ``scene/id``, then class; by class alone
+    where the answer says that its thresholds are per class. ``upper`` and
     ``lower`` are the corners of the hull, ``max`` and ``min`` the paper's two optima,
     ``value`` the middle of the hull, rounded up.
 
@@ -141,7 +142,9 @@ def influence_limit(
         raise InputError("one of upper, lower, value, max, min", envelope, field="envelope")
     radius, objects = {}, []
     for item in scene.listed_objects():
-        names = (item.id, f"{scene.scene_id}/{item.id}", item.symbol)
+        names = [item.id, f"{scene.scene_id}/{item.id}", item.symbol]
+        if settings.get("thresholds") == "class":  # an object's id may be another's class
+            names = [item.symbol]
         name = next((n for n in names if n in radii), None)
         if name is None or (symbols is not None and item.symbol not in symbols):
             continue

@@ -18,6 +18,7 @@ from demospec.planning._budget import plan_within_budget
 from demospec.planning._constraint import Constraint, Plannable, capped_at_ends, constraint_of
 from demospec.planning._cost_map import WEIGHT, CostMap, Preset, map_bounds
 from demospec.planning._grid import plan_on_grid
+from demospec.planning._influence import evenly
 from demospec.planning._results import Envelope, Plan, PlanCheck, Zone
 from demospec.planning._seen import rules_of_model
 from demospec.planning._zones import chosen_type
@@ -84,6 +85,8 @@ def check_plan(
     points: ArrayLike,
     type: str | None = None,
     envelope: Envelope = "value",
+    *,
+    spacing: float | None = None,
 ) -> PlanCheck:
     """Does a path keep the rule of one type?
 
@@ -96,12 +99,18 @@ def check_plan(
         points: (n, 2), n ≥ 1, set units.
         type: Whose rule; may be left out where there is only one.
         envelope: Judge by the point answer (default) or by an end of the envelope.
+        spacing: For influence rules, whose sum grows with the number of points: judge points
+            this far apart on the path instead of its own (plans have them one unit apart).
 
     Raises:
         InputError: Unknown type, points that are none.
         CannotJudgeError: The scene does not list its objects.
     """
-    return constraint_of(rules, scene, type, envelope).check(checked_points(points)[:, :2])
+    constraint = constraint_of(rules, scene, type, envelope)
+    path = checked_points(points)[:, :2]
+    if constraint.limit is not None and spacing is not None:
+        path = evenly(path, spacing)
+    return constraint.check(path)
 
 
 def plan_path(
@@ -160,6 +169,7 @@ def plan_path(
         "envelope": envelope,
         "unbounded": constraint.unbounded,
         "capped": constraint.capped,
+        "uninformed": constraint.uninformed,
         "metres_per_unit": _scale(rules),
         "judged_by": constraint.judged_by,
     }

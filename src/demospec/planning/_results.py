@@ -121,6 +121,9 @@ class Plan:
         capped: Symbol → clearance kept, where start or goal is nearer to such an object than
             the envelope asks: no path could keep more, so no rule that any path of this
             scene obeys asks for more.
+        uninformed: Ids of the scene's objects about which the rule says nothing (of a class that
+            no demonstration informs, or not named by an influence answer): the plan may pass
+            through them, and no demonstration says that it may.
         seconds: Wall time of planning and checking.
         metres_per_unit: Or None where the set does not say.
         judged_by: ``rule``: `check` is exact. ``model``: the scene does not list its objects,
@@ -140,6 +143,7 @@ class Plan:
     reason: str = ""
     unbounded: tuple[str, ...] = ()
     capped: Mapping[str, float] = field(default_factory=dict)
+    uninformed: tuple[str, ...] = ()
     seconds: float = 0.0
     metres_per_unit: float | None = None
     judged_by: Literal["rule", "model"] = "rule"
@@ -173,6 +177,7 @@ class Plan:
             "judged_by": self.judged_by,
             "unbounded": list(self.unbounded),
             "capped": dict(self.capped),
+            "uninformed": list(self.uninformed),
             "metres_per_unit": self.metres_per_unit,
             "seconds": self.seconds,
         }
