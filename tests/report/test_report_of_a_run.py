@@ -63,6 +63,40 @@ def test_a_set_and_rules_are_enough(run: Path) -> None:
     assert any(rule["sentence"] in s for rule in rules.values() for s in report.summary)
 
 
+def test_thresholds_that_a_bound_has_set_are_marked(run: Path) -> None:
+    report = build_report(run)
+    sure = next(s for s in report.sections if s.anchor == "sure")
+    table = next(b for b in sure.blocks if isinstance(b, Table) and "paper's rule" in b.caption)
+    cells = {(row[0], row[1]): row[2:] for row in table.rows}
+    marked = 0
+    for type_, rule in read_json(run / "rules.json")["types"].items():
+        answer = rule["influence"]
+        if answer is None or answer["hull"] is None:
+            continue
+        for name, (low, high) in answer["hull"]["radius"].items():
+            least, most, both = cells[type_, f"radius of {name}"]
+            assert both == f"{low} – {high}"
+            for end, cell in (("min", least), ("max", most)):
+                value = answer[end]["T_min"] + answer[end]["T_object"][name]
+                bound = name in answer[f"saturated_{end}"]
+                marked += bound
+                assert cell == f"{value} †" if bound else cell == str(value)
+    assert marked
+    assert "set by the bound, not by data" in table.note
+
+
+def test_a_known_truth_is_told_and_an_unknown_one_is_not(run: Path, tmp_path: Path) -> None:
+    import shutil
+
+    assert "simulated" not in render_html(build_report(run))
+    own = tmp_path / "run"
+    shutil.copytree(run, own)
+    _, truth = simulate_set(train_scenes=4, test_scenes=1, demonstrations=5, seed=3)
+    write_json(own / "set" / "truth.json", truth)
+    words = [b.words for b in build_report(own).sections[0].blocks if isinstance(b, Text)]
+    assert "careful keeps 3 px from every utensil, plate, bowl and glass; normal keeps" in words[1]
+
+
 def test_page_and_markdown_hold_the_same_cells_and_words(run: Path, tmp_path: Path) -> None:
     report = build_report(run)
     page = _Cells()
@@ -116,7 +150,10 @@ def test_causes_of_one_model_and_one_question(run: Path, tmp_path: Path) -> None
     write_json(own / "query.json", query_set(data.of_split("train"), type="normal").to_json())
     report = build_report(own)
     cares = next(s for s in report.sections if s.anchor == "cares")
-    assert any(isinstance(b, Table) and "given model" in b.caption for b in cares.blocks)
+    table = next(b for b in cares.blocks if isinstance(b, Table))
+    assert "given model, n = 5 scenes" in table.caption
+    for row in table.rows:  # every number has its interval, the placebo too
+        assert all(re.fullmatch(r"-?[\d.]+ \[-?[\d.]+,\s-?[\d.]+\]", cell) for cell in row[1:])
 
 
 def test_the_page_asks_nothing_of_a_network_and_fits_a_phone(run: Path, tmp_path: Path) -> None:
@@ -189,3 +226,26 @@ def test_documents_of_single_commands_are_read(run: Path, tmp_path: Path) -> Non
     (own / "plans.json").write_text('{"points": []}')
     with pytest.raises(InputError, match="documents as this version writes them"):
         build_report(own)
+
+
+def test_a_rule_by_hand_and_a_plan_where_nothing_is_listed(tmp_path: Path) -> None:
+    """No sentence, no evidence, no objects, no type: the page says what there is."""
+    from dataclasses import replace
+
+    data, _ = simulate_set(train_scenes=2, test_scenes=0, demonstrations=2, seed=3)
+    bare = tuple(replace(scene, objects=None) for scene in data.scenes)
+    data.demonstrations.type[:] = None
+    write_set(replace(data, scenes=bare, types=()), tmp_path / "set")
+    by_hand = {"types": {"me": {"clearance": {"value": {"glass": 3.0, "plate": 3.0}}}}}
+    write_json(tmp_path / "rules.json", by_hand)
+    plan = {
+        "scene_id": bare[0].scene_id, "type": "me", "status": "found", "obeys": True,
+        "points": [list(bare[0].start), list(bare[0].goal)], "length": 113.0,
+    }  # fmt: skip
+    write_json(tmp_path / "plans.json", plan)
+    report = build_report(tmp_path)
+    assert report.summary[0] == "me: keeps 3 px from every glass and plate"
+    assert [s.anchor for s in report.sections] == ["shown", "cares", "sure", "plans", "computed"]
+    sure = next(s for s in report.sections if s.anchor == "sure")
+    table = next(b for b in sure.blocks if isinstance(b, Table))
+    assert table.rows[0][:3] == ("me", "glass", "3.00")

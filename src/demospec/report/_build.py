@@ -10,8 +10,9 @@ from typing import Any
 from demospec.demonstrations import DemonstrationSet, read_set
 from demospec.errors import InputError
 from demospec.files import read_json
-from demospec.report._own_documents import as_stages_write
+from demospec.report._own_documents import as_stages_write, clearance_words
 from demospec.report._view import Report, Section
+from demospec.rules import RuleSet, read_rules, rules_document
 
 
 @dataclass(frozen=True)
@@ -28,6 +29,8 @@ class Run:
     repairs: dict[str, Any] | None
     audit: dict[str, Any] | None
     query: dict[str, Any] | None
+    truth: dict[str, Any] | None
+    """The rule that made the labels, where the demonstrators are simulated."""
 
 
 def read_run(folder: Path) -> Run:
@@ -53,11 +56,23 @@ def read_run(folder: Path) -> Run:
     names = ("accuracy", "rules", "causes", "plans", "repairs", "audit", "query")
     found = {name: document(name) for name in names}
     data = read_set(folder / "set")
+    if found["rules"] is not None:
+        found["rules"] = _told(read_rules(folder / "rules.json"), data.units)
+    truth = document("set/truth")
     try:
         found = as_stages_write(found, data)
     except (KeyError, TypeError, AttributeError) as error:
         raise _not_ours(folder, error) from error
-    return Run(folder, record, data, **found)
+    return Run(folder, record, data, **found, truth=truth)
+
+
+def _told(rules: RuleSet, units: str) -> dict[str, Any]:
+    """The document of the rules; one written by hand gets the sentence that it lacks."""
+    document = rules_document(rules)
+    for rule in document["types"].values():
+        if not rule["sentence"] and rule["clearance"]:
+            rule["sentence"] = f"keeps {clearance_words(rule['clearance'], units)}"
+    return document
 
 
 def _not_ours(folder: Path, error: Exception) -> InputError:
@@ -98,9 +113,17 @@ def build_report(folder: Path) -> Report:
 
 
 def _summary(run: Run) -> tuple[str, ...]:
+    from demospec.report._sections_outcome import in_unseen_scenes
+
     lines = []
     for type_, rule in (run.rules or {}).get("types", {}).items():
         lines.append(f"{type_}: {rule['sentence']}")
+    if run.audit is not None:
+        every = run.audit["demonstrations"]
+        review = sum(d["verdict"] == "review" for d in every)
+        verb = "look" if review > 1 else "looks"
+        lines.append(f"{review or 'None'} of {len(every)} demonstrations {verb} wrong.")
+    lines += in_unseen_scenes(run)
     if run.plans is not None:
         found = [p for p in run.plans["plans"] if "true_obeys" in p]
         kept = sum(p["true_obeys"] for p in found)

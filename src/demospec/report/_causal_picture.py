@@ -78,8 +78,8 @@ def _effects(
     axes.set_ylim(len(names) - 0.4, -0.6)
     axes.set_xlim(limits)
     base = findings.base[type_]
-    axes.set_title(f"{type_}: E[p(valid)] = {base.mean:.2f}", fontsize=10)
-    axes.set_xlabel("change of E[p(valid)] when added", fontsize=8)
+    axes.set_title(f"{type_}: E[p(v)] = {base.mean:.2f} as the scenes are", fontsize=9)
+    axes.set_xlabel("change of E[p(v)] when one is added", fontsize=8)
     axes.tick_params(labelsize=8)
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)

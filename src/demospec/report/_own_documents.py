@@ -50,3 +50,15 @@ def _repaired(repairs: list[dict[str, Any]], data: DemonstrationSet) -> dict[str
             "examples": [],
         }
     return out
+
+
+def clearance_words(clearance: dict[str, Any], units: str) -> str:
+    """``3 px from every glass and plate``, for a rule that says nothing of itself."""
+    by_distance: dict[float, list[str]] = {}
+    for symbol in clearance.get("relevant", []):
+        by_distance.setdefault(clearance["value"][symbol], []).append(symbol)
+    parts = []
+    for distance, names in by_distance.items():
+        every = " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
+        parts.append(f"{distance:g} {units} from every {every}")
+    return "; ".join(parts) or "clear of nothing"

@@ -52,11 +52,21 @@ def outline_points(shape: Footprint, n: int = 60) -> FloatArray:
     return np.concatenate([points, points[:1]])
 
 
-def draw_scene(ax: Axes, scene: Scene, title: str = "", *, outlines: bool = False) -> None:
-    """The picture (or the object list alone) with start and goal."""
+def draw_scene(
+    ax: Axes, scene: Scene, title: str = "", *, outlines: bool = False, faded: bool = False
+) -> None:
+    """The picture (or the object list alone) with start and goal.
+
+    Args:
+        outlines: Draw the footprints of the listed objects too.
+        faded: A paler picture, for lines of many shades on any table.
+    """
     if scene.picture is not None:
         width, height = scene.picture.size_px
-        ax.imshow(scene.pixels(), extent=(0, width, height, 0), interpolation="nearest")
+        ax.imshow(
+            scene.pixels(), extent=(0, width, height, 0), interpolation="nearest",
+            alpha=0.4 if faded else 1.0,
+        )  # fmt: skip
         ax.set_xlim(0, width)
         ax.set_ylim(height, 0)
     else:

@@ -14,7 +14,13 @@ from demospec.report._scene_picture import (
     to_png,
 )
 from demospec.report._view import Block, Figure, Section, Table, Text, bracket, percent, share
+from demospec.scene import Scene
 
+_PLANS = (
+    "Paths planned in scenes that no demonstration was shown in, keeping the upper end of every "
+    "clearance. Whether they keep the true rule is decided by the rule that made the labels. "
+    "Brackets: 95 % interval of the share, one plan a scene."
+)
 _OWN_PLANS = (
     "Planned paths, keeping the upper end of every clearance. No true rule is known here: they are "
     "judged by the learned one. Brackets: 95 % interval of the share."
@@ -53,21 +59,14 @@ def plans(run: Run) -> Section | None:
     )  # fmt: skip
     missing = [p for p in every if p["status"] != "found"]
     reasons = "; ".join(f"scene {p['scene']}, {p['type']}: {p['reason']}" for p in missing[:3])
-    return Section(
-        "plans",
-        "What the planner does with it",
-        (
-            Text(_OWN_PLANS)
-            if all("true_obeys" not in p for p in every)
-            else Text(
-                "Paths planned in scenes that no demonstration was shown in, keeping the upper "
-                "end of every clearance. Whether they keep the true rule is decided by the rule "
-                "that made the labels. Brackets: 95 % interval of the share, one plan a scene."
-            ),
-            Table(header, tuple(rows), note=f"Without a plan: {reasons}." if reasons else ""),
-            _plan_pictures(run, types),
-        ),
-    )
+    known = any("true_obeys" in p for p in every)
+    words = _PLANS if known else _OWN_PLANS
+    note = f"Without a plan: {reasons}." if reasons else ""
+    blocks: list[Block] = [Text(words), Table(header, tuple(rows), note=note)]
+    picture = _plan_pictures(run, types)
+    if picture is not None:
+        blocks.append(picture)
+    return Section("plans", "What the planner does with it", tuple(blocks))
 
 
 def _true_share(found: list[dict[str, Any]]) -> str:
@@ -75,26 +74,18 @@ def _true_share(found: list[dict[str, Any]]) -> str:
     return share(sum(p["true_obeys"] for p in judged), len(judged)) if judged else "not known"
 
 
-def _plan_pictures(run: Run, types: list[str]) -> Figure:
-    from demospec.planning import cost_map
-    from demospec.rules import read_rules
-
-    rules = read_rules(run.folder / "rules.json")
+def _plan_pictures(run: Run, types: list[str]) -> Figure | None:
     every = (run.plans or {})["plans"]
     found = {(p["scene"], p["type"]): p for p in every if p["status"] == "found"}
     scenes = [s for s in run.data.scenes if all((s.scene_id, t) in found for t in types)][:2]
-    figure, axes = new_figure(max(1, len(types)), max(1, len(scenes)))
+    if not scenes:
+        return None
+    figure, axes = new_figure(len(types), len(scenes))
     for i, scene in enumerate(scenes):
         for j, type_ in enumerate(types):
             ax = axes[i * len(types) + j]
             draw_scene(ax, scene, f"{type_}, scene {scene.scene_id}", outlines=True)
-            where = cost_map(rules, scene, type_)
-            x0, y0, x1, y1 = where.bounds
-            price = np.asarray(where.array)
-            dear = price > price.min()
-            if dear.any():
-                shown = np.ma.masked_where(~dear, price)
-                ax.imshow(shown, extent=(x0, x1, y1, y0), cmap="Oranges", alpha=0.6, vmin=1.0)
+            _draw_costs(ax, run, scene, type_)
             draw_path(ax, np.asarray(found[scene.scene_id, type_]["points"]), True, linewidth=2)
     return Figure(
         to_png(figure),
@@ -103,55 +94,84 @@ def _plan_pictures(run: Run, types: list[str]) -> Figure:
     )
 
 
+def _draw_costs(ax: Any, run: Run, scene: Scene, type_: str) -> None:
+    """The cost map, where rules are at hand and the scene lists what they speak of."""
+    from demospec.planning import cost_map
+    from demospec.rules import read_rules
+
+    if run.rules is None or scene.objects is None:
+        return
+    where = cost_map(read_rules(run.folder / "rules.json"), scene, type_)
+    x0, y0, x1, y1 = where.bounds
+    price = np.asarray(where.array)
+    dear = price > price.min()
+    if dear.any():
+        shown = np.ma.masked_where(~dear, price)
+        ax.imshow(shown, extent=(x0, x1, y1, y0), cmap="Oranges", alpha=0.6, vmin=1.0)
+
+
 def accuracy(run: Run) -> Section | None:
     """Balanced accuracy on seen and unseen scenes, apart."""
     if run.accuracy is None:
         return None
-    names = {
-        "seen": "seen scenes, held-out paths",
-        "unseen": "unseen scenes and items",
-        "given": "the set that was given",
-    }
-    rows = []
-    for model, sets in run.accuracy.items():
-        for which, types in sets.items():
-            for type_, s in types.items():
-                far = s.get("far") or {}
-                rows.append(
-                    (
-                        model,
-                        names.get(which, which),
-                        type_,
-                        str(s["n"]),
-                        percent(s["accuracy"]),
-                        _balanced(s),
-                        bracket([100 * v for v in s["interval"]], 0) + "\u00a0%",
-                        _balanced(far) if far else "–",
-                        percent(s["majority"]),
-                    )
-                )
-    header = (
-        "model", "judged on", "type", "n", "accuracy", "balanced accuracy", "95 % interval",
-        "balanced, > 2 px from the boundary", "majority class",
-    )  # fmt: skip
-    return Section(
-        "accuracy",
-        "How well the specification models judge",
+    from demospec.report._accuracy_picture import accuracy_picture
+
+    rows = [
         (
-            Text(
-                "Share of held-out demonstrations judged as their demonstrator labelled them. "
-                "Seen scenes (new paths over training pictures) and unseen scenes (new "
-                "pictures with unseen items) are different questions. 50 % balanced accuracy is "
-                "guessing; a type that accepts everything cannot be scored (undefined: one class)."
-            ),
-            *(
-                Text(_in_words(m, sets["unseen"]))
-                for m, sets in run.accuracy.items()
-                if "unseen" in sets
-            ),
-            Table(header, tuple(rows)),
+            model,
+            JUDGED_ON.get(which, which),
+            type_,
+            str(s["n"]),
+            percent(s["accuracy"]) + ("" if s["balanced_accuracy"] is not None else _ends(s)),
+            _balanced(s),
+            _balanced(s["far"]) if s.get("far") else "–",
+            percent(s["majority"]),
+        )
+        for model, sets in run.accuracy.items()
+        for which, types in sets.items()
+        for type_, s in types.items()
+    ]
+    header = (
+        "model", "judged on", "type", "n", "accuracy", "balanced accuracy",
+        "balanced, > 2 px from the boundary", "always the commoner label",
+    )  # fmt: skip
+    blocks: list[Block] = [
+        Text(
+            "Share of held-out demonstrations judged as their demonstrator labelled them. "
+            "Seen scenes (new paths over training pictures) and unseen scenes (new "
+            "pictures with unseen items) are different questions. Balanced accuracy is the mean "
+            "of the shares among accepted and among rejected paths: 50 % is guessing; a type that "
+            "accepts everything cannot be scored (undefined: one class)."
         ),
-    )
+        *(Text(words) for words in in_unseen_scenes(run)),
+    ]
+    known = [WHAT[m] for m in run.accuracy if m in WHAT]
+    if known:
+        blocks.insert(1, Text(f"{' '.join(known)} Both are shown pictures, no lists of objects."))
+    picture = accuracy_picture(run.accuracy)
+    if picture is not None:
+        blocks.append(picture)
+    note = "Brackets: 95 % interval, allowing for paths of one scene being alike."
+    blocks.append(Table(header, tuple(rows), note=note))
+    return Section("accuracy", "How well the specification models judge", tuple(blocks))
+
+
+JUDGED_ON = {
+    "seen": "seen scenes, held-out paths",
+    "unseen": "unseen scenes and items",
+    "given": "the set that was given",
+}
+
+WHAT = {
+    "paper": "“paper” is the network of the paper: picture and path in, verdict out.",
+    "field": "“field” is ours: a pretrained body sees where things are, a rule judges the path.",
+}
+
+
+def in_unseen_scenes(run: Run) -> list[str]:
+    """One sentence a model, chosen by where its intervals lie."""
+    scored = {m: sets["unseen"] for m, sets in (run.accuracy or {}).items() if "unseen" in sets}
+    return [_in_words(model, types) for model, types in scored.items()]
 
 
 def _in_words(model: str, types: dict[str, Any]) -> str:
@@ -175,7 +195,11 @@ def _in_words(model: str, types: dict[str, Any]) -> str:
 
 def _balanced(s: dict[str, Any]) -> str:
     value = s.get("balanced_accuracy")
-    return "undefined: one class" if value is None else percent(value)
+    return "undefined: one class" if value is None else percent(value) + _ends(s)
+
+
+def _ends(s: dict[str, Any]) -> str:
+    return f" {bracket([100 * v for v in s['interval']], 0)}"
 
 
 def repairs(run: Run) -> Section | None:
@@ -237,8 +261,8 @@ def _repair_picture(run: Run) -> Figure | None:
     figure, axes = new_figure(len(picked))
     for ax, (model, type_, example) in zip(axes, picked, strict=True):
         scene = run.data.scene(example["scene"])
-        outcome = "holds" if example["rule_valid"] else "does not hold"
-        draw_scene(ax, scene, f"{model}, {type_}: {outcome}", outlines=True)
+        outcome = "true rule accepts" if example["rule_valid"] else "true rule rejects"
+        draw_scene(ax, scene, f"{model}, {type_}:\n{outcome}", outlines=True, faded=True)
         steps = example["steps"]
         for k, path in enumerate(steps):
             # Dark to light blue through the steps, as in the paper's figure.
@@ -263,6 +287,7 @@ def computed(run: Run) -> Section:
         return Section("computed", "How this was computed", (Text(words),))
     stages = r.get("stages", {})
     rows = [(s.get("title", name), f"{s['seconds']:.1f}") for name, s in stages.items()]
+    rows.append(("together", f"{sum(s['seconds'] for s in stages.values()):.1f}"))
     versions = ", ".join(f"{k} {v}" for k, v in r.get("versions", {}).items())
     return Section(
         "computed",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from demospec.report._build import Run
+from demospec.report._own_documents import clearance_words
 from demospec.report._scene_picture import demonstrations_picture
 from demospec.report._view import Block, Figure, Section, Table, Text, share
 
@@ -28,14 +29,15 @@ def shown(run: Run) -> Section:
             )
         )
     header = ("type of user", "demonstrations", "in training scenes", "in other scenes", "accepted")
-    blocks: list[Block] = [
-        Text(
-            "People showed paths from the circle to the star over pictures of a table, and said "
-            "which they accept. Accepted paths are drawn solid and blue, rejected ones dashed "
-            "and orange."
-        ),
-        Table(header, tuple(rows)),
-    ]
+    words = (
+        "Paths from the circle to the star over pictures of a table, each accepted or rejected. "
+        "Accepted paths are drawn solid and blue, rejected ones dashed and orange."
+    )
+    blocks: list[Block] = [Text(words)]
+    if run.truth is not None:
+        blocks.append(Text(_simulated(run)))
+    note = "Brackets: 95 % interval of the share, n demonstrations."
+    blocks.append(Table(header, tuple(rows), note=note))
     blocks.append(_pictures(run))
     return Section("shown", "What was demonstrated", tuple(blocks))
 
@@ -58,6 +60,18 @@ def _pictures(run: Run) -> Figure:
         "Demonstrations of each type in a training scene (above) and in one of the scenes that "
         "no model was fitted on (below).",
         "Top-down pictures of tables with the demonstrated paths drawn over them.",
+    )
+
+
+def _simulated(run: Run) -> str:
+    """That the demonstrators are simulated, and by which rule."""
+    told = []
+    for type_, rule in (run.truth or {}).get("types", {}).items():
+        kept = clearance_words(rule.get("clearance") or {}, run.data.units)
+        told.append(f"{type_} keeps {kept}")
+    return (
+        "The demonstrators are simulated, so the rule that made their labels is known: "
+        f"{'; '.join(told)}. Nothing was learned from it; outcomes below are judged by it."
     )
 
 
