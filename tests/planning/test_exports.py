@@ -113,6 +113,25 @@ def test_map_server_sees_the_rule(request_: ExportRequest, tmp_path: Path) -> No
     assert len(set(values)) > 2
 
 
+def test_every_map_value_is_read_back_as_written(request_: ExportRequest, tmp_path: Path) -> None:
+    from demospec.planning.exports._nav2 import occupancy, touched
+
+    export_to(request_, "nav2", tmp_path / "nav2")
+    written = occupancy(request_)
+    assert len(np.unique(written)) > 5
+    assert (MapServer(tmp_path / "nav2" / "map.yaml").data[::-1] == written).all()
+    # A reader that ignores the mode knows occupied and free only, strictly beyond a threshold.
+    for name in ("map", "keepout"):
+        file = tmp_path / "nav2" / f"{name}.yaml"
+        file.write_text(file.read_text().replace("mode: scale", "mode: trinary"))
+    keepout = MapServer(tmp_path / "nav2" / "keepout.yaml").data[::-1]
+    assert (keepout == np.where(touched(request_), 100, 0)).all()
+    graded = MapServer(tmp_path / "nav2" / "map.yaml").data[::-1]
+    assert (graded[written == 100] == 100).all()
+    assert (graded[written == 0] == 0).all()
+    assert yaml.safe_load(file.read_text())["origin"] == [0.0, 0.0, 0.0]
+
+
 def test_keepout_of_a_map_whose_height_is_no_whole_number_of_cells(tmp_path: Path) -> None:
     request = export_request(RULES, table(), "careful", resolution=0.3)
     export_to(request, "nav2", tmp_path / "n")

@@ -24,12 +24,16 @@ from demospec.planning.exports._request import ExportRequest
 
 _SLOWEST_PERCENT = 30
 
+_OCCUPIED, _FREE = 0.998, 0.002
+"""Thresholds near 1 and 0: in mode scale every value 0…100 is read back as it was written, and
+readers that know only occupied and free (strictly beyond a threshold) still get those two."""
+
 
 def write_nav2(request: ExportRequest, folder: Path) -> None:
     """Writes the three maps and ``filters.yaml`` (parameters of the two filter servers)."""
     graded = occupancy(request)
     keepout = np.where(touched(request), 100, 0)
-    # Scale mode: brightness 1 − v/100; thresholds 0 and 1 make the reader linear.
+    # Scale mode: brightness 1 − v/100.
     _write(request, folder, "map", np.rint(255 * (1 - graded / 100)), "scale")
     _write(request, folder, "keepout", np.rint(255 * (1 - keepout / 100)), "scale")
     _write(request, folder, "speed", speed_percent(request), "raw")
@@ -83,12 +87,17 @@ def _write(
         f"image: {name}.pgm\n"
         f"mode: {mode}\n"
         f"resolution: {cell_m!r}\n"
-        f"origin: [{float(x)!r}, {float(y)!r}, 0.0]\n"
+        f"origin: [{_plain(x)!r}, {_plain(y)!r}, 0.0]\n"
         "negate: 0\n"
-        "occupied_thresh: 1.0\n"
-        "free_thresh: 0.0\n",
+        f"occupied_thresh: {_OCCUPIED}\n"
+        f"free_thresh: {_FREE}\n",
         encoding="utf-8",
     )
+
+
+def _plain(value: float) -> float:
+    """Without the last bits of rounding, and no −0."""
+    return round(float(value), 12) + 0.0
 
 
 _FILTERS = """\
