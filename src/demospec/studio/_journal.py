@@ -19,7 +19,7 @@ from typing import Any
 
 from demospec.errors import InputError, OutputError
 
-ACTIONS = ("add", "label", "edit", "delete", "scene")
+ACTIONS = ("add", "label", "edit", "delete", "scene", "mark", "unmark")
 """What can be undone; ``undo`` and ``redo`` name one of these."""
 
 _SCHEMA = """

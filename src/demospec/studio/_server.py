@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 from demospec.errors import DemospecError, InputError, MissingExtraError
@@ -22,6 +23,7 @@ def serve(
     out: Path | None = None,
     scenes_only: bool = False,
     show: bool = True,
+    ready: Callable[[], None] = lambda: None,
 ) -> None:
     """Serves the studio until interrupted.
 
@@ -30,6 +32,7 @@ def serve(
         host: Address to listen at. Any other than this machine's own needs a token.
         token: A secret that every request must bring, as ``?token=``, cookie or header.
         show: Open the page in a browser.
+        ready: Called when everything has been read, before the first page is served.
 
     Raises:
         InputError: The set cannot be read; a foreign host without a token.
@@ -49,6 +52,7 @@ def serve(
     from demospec.studio._guard import Guard
 
     workbench = Workbench(set_folder, model, run, out=out, scenes_only=scenes_only)
+    ready()
     app.add_static_files(ADDRESS, STATIC)
     app.get("/", include_in_schema=False)(lambda: RedirectResponse("/teach"))
     app.add_middleware(Guard, token=token)
@@ -58,6 +62,7 @@ def serve(
     ui.run(
         host=host, port=port, title="demospec studio", reload=False, show=show,
         show_welcome_message=False, language="en-US",
+        reconnect_timeout=30.0,  # a busy machine must not make a tab start anew
     )  # fmt: skip
 
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from demospec.demonstrations import Demonstration, checked_points
+from demospec.errors import InputError
 from demospec.scene import Disc, Picture, Polygon, Scene, SceneObject
 from demospec.studio._journal import Event, effective
 
@@ -21,10 +22,12 @@ class Taught:
     Args:
         scenes: The set's, then those that were added.
         demonstrations: The set's, then those drawn; in the order in which they came.
+        unlisted: Ids of scenes that came without a list of objects: people may make it.
     """
 
     scenes: Mapping[str, Scene]
     demonstrations: Mapping[str, Demonstration]
+    unlisted: frozenset[str] = frozenset()
 
     def in_scene(self, scene_id: str) -> list[Demonstration]:
         """Those of one scene."""
@@ -47,6 +50,7 @@ def taught(
     cache = {} if parsed is None else parsed
     all_scenes = {s.scene_id: s for s in scenes}
     demos = {d.demo_id: d for d in before}
+    unlisted = {s.scene_id for s in all_scenes.values() if s.objects is None}
     for event in effective(events):
         body = event.body
         if event.kind == "scene":
@@ -55,6 +59,12 @@ def taught(
             scene = cache[event.seq]
             assert isinstance(scene, Scene)
             all_scenes[scene.scene_id] = scene
+            if scene.objects is None:
+                unlisted.add(scene.scene_id)
+        elif event.kind in ("mark", "unmark"):
+            known = all_scenes.get(body["scene_id"])
+            if known is not None:
+                all_scenes[known.scene_id] = _marked(known, event)
         elif event.kind == "add":
             if event.seq not in cache:
                 cache[event.seq] = demonstration_of(body)
@@ -70,7 +80,17 @@ def taught(
             demos[body["demo_id"]] = replace(demos[body["demo_id"]], valid=body["valid"])
         elif event.kind == "edit":
             demos[body["demo_id"]] = replace(demos[body["demo_id"]], **body["changes"])
-    return Taught(all_scenes, demos)
+    return Taught(all_scenes, demos, frozenset(unlisted))
+
+
+def _marked(scene: Scene, event: Event) -> Scene:
+    """The scene with objects that somebody marked in it, or without one."""
+    listed = scene.objects or ()
+    if event.kind == "mark":
+        listed = (*listed, *(_object(o) for o in event.body["objects"]))
+    else:
+        listed = tuple(o for o in listed if o.id != event.body["id"])
+    return replace(scene, objects=listed or None)  # none marked: not listed, not an empty table
 
 
 def demonstration_of(body: Mapping[str, Any]) -> Demonstration:
@@ -145,6 +165,32 @@ def _object(item: Mapping[str, Any]) -> SceneObject:
 
         shape = rectangle(*box)
     return SceneObject(item["id"], item["symbol"], center, box and tuple(box), shape)
+
+
+def object_about(name: str, symbol: str, points: Any, scene: Scene) -> SceneObject:
+    """An object whose footprint is the convex hull of points drawn about it, pixels.
+
+    Raises:
+        InputError: Not points, outside the picture, or hardly any area.
+    """
+    from scipy.spatial import ConvexHull, QhullError
+
+    loop = checked_points(points, 2)
+    size = scene.size_px
+    if size is not None and ((loop < -1).any() or (loop > np.asarray(size) + 1).any()):
+        raise InputError("points in the picture", "others", field="outline")
+    span = np.ptp(loop, axis=0)
+    try:
+        corners = loop[ConvexHull(loop).vertices] if span.min() > 0 else loop[:0]
+    except QhullError:
+        corners = loop[:0]
+    if len(corners) < 3 or span.min() < span.max() / 50:
+        raise InputError("a loop around the object", "a line", field="outline")
+    corners = np.round(corners, 2)
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    center = (float((low[0] + high[0]) / 2), float((low[1] + high[1]) / 2))
+    box = (float(low[0]), float(low[1]), *(float(v) for v in high - low))
+    return SceneObject(name, symbol, center, box, Polygon(corners))  # type: ignore[arg-type]
 
 
 def png_of(scene: Scene) -> bytes | None:

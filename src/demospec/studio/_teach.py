@@ -49,7 +49,11 @@ def register(workbench: Workbench) -> None:
         async def act(what: str, value: Any = None) -> None:
             """Does one thing that the person asked for; says in one line why it cannot."""
             try:
-                state.do(what, value)
+                if what == "find":
+                    view.tell("Looking at the picture…")
+                    await run.io_bound(state.find_objects)
+                else:
+                    state.do(what, value)
             except DemospecError as error:
                 view.tell(str(error))
             await refresh()
@@ -62,7 +66,7 @@ def register(workbench: Workbench) -> None:
         view.on_act = act
         with page_frame("Teach", "teach", script="teach.js"):
             view.build()
-        for name in ("stroke", "key", "pick", "scene", "hello"):
+        for name in ("stroke", "mark", "key", "pick", "scene", "hello"):
             event = f"teach_{name}"
             ui.on(event, lambda e, name=name: act(name, e.args))
         ui.timer(1.0, look_for_others)

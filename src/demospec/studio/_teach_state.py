@@ -7,7 +7,7 @@ from typing import Any
 from demospec.demonstrations import Demonstration
 from demospec.errors import DemospecError, InputError
 from demospec.rules import Query
-from demospec.scene import Scene
+from demospec.scene import Polygon, Scene
 from demospec.studio._scene_svg import short_name
 from demospec.studio._understood import (
     Conflict,
@@ -39,6 +39,8 @@ class TeachState:
         self.type = workbench.types[0] if workbench.types else "me"
         self.demonstrator = ""
         self.next_after = 3
+        self.object_word = ""
+        """What the next marked object is."""
         self.verdicts_here = 0
         self.asked: Query | None = None
         """The question that is shown, or None."""
@@ -69,6 +71,10 @@ class TeachState:
         """What to do next, in one line."""
         if self.asked is not None:
             return f"Would {self.who} accept the green path? Press A for yes, R for no."
+        if self.bench.may_mark(self.scene_id) and self.scene.objects is None:
+            return (
+                "Nobody has said yet what stands here: mark the objects under “What stands here”."
+            )
         chosen = self.bench.standing.demonstrations.get(self.chosen or "")
         if chosen is None:
             return "Draw a path from the circle to the star, with mouse, pen or finger."
@@ -124,8 +130,11 @@ class TeachState:
         tab = value.get("tab")
         if isinstance(tab, str) and 0 < len(tab) <= 40:
             self.actor = tab
-        if value.get("scene") in self.bench.standing.scenes:
+        standing = self.bench.standing
+        if value.get("scene") in standing.scenes:
             self.scene_id = str(value["scene"])
+        if value.get("chosen") in standing.demonstrations:
+            self.chosen = str(value["chosen"])
         for name in ("type", "demonstrator"):
             if isinstance(value.get(name), str) and value[name].isprintable():
                 setattr(self, name, value[name][:60] or getattr(self, name))
@@ -160,6 +169,41 @@ class TeachState:
         if first and self.next_after and self.verdicts_here >= self.next_after:
             self._do_next(None)
 
+    def _do_mark(self, value: Any) -> None:
+        """A loop drawn about an object."""
+        if not isinstance(value, dict):
+            raise InputError("a loop", value, field="mark")
+        if not self.object_word:
+            raise NotNow("Say first what the object is, for example cup.")
+        try:
+            self.bench.mark(
+                str(value.get("scene")), [(self.object_word, value.get("points"))],
+                actor=self.actor,
+            )  # fmt: skip
+        except InputError as error:
+            if error.field == "outline":
+                raise NotNow("Draw a loop around the object.") from error
+            raise
+
+    def _do_unmark(self, value: Any) -> None:
+        self.bench.unmark(self.scene_id, str(value), actor=self.actor)
+
+    def _do_object_word(self, value: Any) -> None:
+        self.object_word = str(value or "").strip()[:60]
+
+    def find_objects(self) -> None:
+        """Marks what the shipped body sees in the picture (for a worker thread; seconds)."""
+        from demospec.perception import detect_objects
+
+        scene = self.scene
+        seen = detect_objects(scene)
+        if not seen:
+            raise NotNow("Nothing was found in this picture: mark the objects yourself.")
+        outlines = [
+            (o.symbol, o.footprint.vertices) for o in seen if isinstance(o.footprint, Polygon)
+        ]
+        self.bench.mark(scene.scene_id, outlines, actor=self.actor)
+
     def _do_accept(self, _: Any) -> None:
         self._verdict(True)
 
@@ -192,8 +236,8 @@ class TeachState:
         """What `_do_hello` wants to hear again."""
         after = next(words for words, n in NEXT_AFTER.items() if n == self.next_after)
         return {
-            "scene": self.scene_id, "type": self.type, "demonstrator": self.demonstrator,
-            "next_after": after,
+            "scene": self.scene_id, "chosen": self.chosen, "type": self.type,
+            "demonstrator": self.demonstrator, "next_after": after,
             "kept": [{"demo_id": c.demo_id, "against": list(c.against)} for c in self.kept],
         }  # fmt: skip
 

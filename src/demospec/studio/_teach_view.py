@@ -36,7 +36,7 @@ class TeachView:
     def __init__(self, state: TeachState) -> None:
         self.state = state
         self.on_act: Act
-        self._shown_scene: tuple[str, int] | None = None
+        self._shown_scene: tuple[Any, ...] | None = None
         self._shown_types: tuple[tuple[str, ...], str] | None = None
 
     def build(self) -> None:
@@ -55,6 +55,7 @@ class TeachView:
                 ui.html("", sanitize=False).props('id=hint role="status"').classes("hint soft")
                 self._build_actions()
             with ui.element("aside").classes("teach-side").props('aria-label="Understanding"'):
+                self._build_objects()
                 self._build_understood()
                 self._build_people()
                 self._build_paths()
@@ -114,6 +115,50 @@ class TeachView:
             with ui.element("div").classes("ask"):
                 self.ask = self._button("Ask me", "ask", key="Q", look="ask-button")
                 self.advice = ui.html("", sanitize=False).classes("soft")
+
+    def _build_objects(self) -> None:
+        """Where the set does not list a scene's objects, people do."""
+        from nicegui import ui
+
+        with ui.element("section").classes("card objects") as self.objects:
+            ui.html("What stands here", sanitize=False, tag="h2")
+            ui.html(
+                "Name an object, press <b>Mark</b>, and draw a loop around it. Distances are "
+                "measured to what is marked.",
+                sanitize=False, tag="p",
+            ).classes("soft")  # fmt: skip
+            with ui.element("div").classes("mark-row"):
+                ui.html("<label for='object-word'>It is a</label>", sanitize=False)
+                ui.element("input").props(
+                    'id=object-word autocomplete=off maxlength=60 placeholder="cup"'
+                ).classes("plain-input").on(
+                    "input", lambda e: self.on_act("object_word", e.args),
+                    js_handler="(e) => emit(e.target.value)",
+                )  # fmt: skip
+                ui.html("Mark", sanitize=False, tag="button").props(
+                    "id=mark type=button aria-pressed=false"
+                ).classes("plain-button")
+            self.marked = ui.element("div").classes("marked")
+            self.find = self._button("Find objects by themselves", "find")
+
+    def _show_objects(self) -> None:
+        from nicegui import ui
+
+        state = self.state
+        may = state.bench.may_mark(state.scene_id)
+        self.objects.set_visibility(may)
+        self.marked.clear()
+        if not may:
+            return
+        self.find.set_visibility(state.scene.picture is not None and state.scene.objects is None)
+        with self.marked:
+            for item in state.scene.objects or ():
+                html = f"{escape(item.id)} <span aria-hidden='true'>×</span>"
+                ui.html(html, sanitize=False, tag="button").props(
+                    f'type=button aria-label="{escape(item.id)}: take it off the list"'
+                ).classes("plain-button small").on(
+                    "click", lambda name=item.id: self.on_act("unmark", name), args=[]
+                )
 
     def _build_people(self) -> None:
         from nicegui import ui
@@ -181,8 +226,10 @@ class TeachView:
         scene = state.scene
         standing = bench.standing
         place = list(standing.scenes).index(scene.scene_id)
-        if self._shown_scene != (scene.scene_id, len(standing.scenes)):
-            self._shown_scene = (scene.scene_id, len(standing.scenes))
+        now = (scene.scene_id, len(standing.scenes), [o.id for o in scene.objects or ()])
+        if self._shown_scene != now:
+            self._shown_scene = now
+            self._show_objects()
             url = (
                 None
                 if scene.picture is None

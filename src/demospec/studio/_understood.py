@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from demospec.demonstrations import DemonstrationSet
-from demospec.errors import InputError
+from demospec.errors import CannotJudgeError, InputError
 from demospec.rules import ClearanceRule, Query, learn_rules, query_set
 from demospec.studio._near import near as measure
 
@@ -95,6 +95,9 @@ def understand(data: DemonstrationSet | None, type: str) -> Understood:
         return Understood(type, *counts, None, "nothing accepted or rejected yet")
     try:
         rules = learn_rules(mine, split=None, influence=False, measure=measure).of_type(type)
+    except CannotJudgeError:
+        words = "the objects in these scenes are not listed, so no distance can be measured"
+        return Understood(type, *counts, None, words)
     except InputError as error:
         return Understood(type, *counts, None, f"cannot learn: {error}")
     return Understood(

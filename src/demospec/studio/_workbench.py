@@ -25,6 +25,7 @@ from demospec.studio._journal import Journal
 from demospec.studio._taught import (
     Taught,
     demonstration_body,
+    object_about,
     png_of,
     scene_body,
     taught,
@@ -242,6 +243,51 @@ class Workbench:
         if scene.scene_id in self.standing.scenes:
             raise InputError("a new scene id", scene.scene_id, field="scene_id")
         self.journal.append("scene", scene_body(scene), actor=actor, blob=png_of(scene))
+        self._changed()
+
+    def may_mark(self, scene_id: str) -> bool:
+        """Whether people may list this scene's objects: where the set does not."""
+        return scene_id in self.standing.unlisted
+
+    def mark(
+        self, scene_id: str, found: Sequence[tuple[str, Any]], *, actor: str
+    ) -> tuple[str, ...]:
+        """Lists objects of a scene; returns their new ids.
+
+        Args:
+            found: Class word and points about the object, (n, 2) pixels; their convex hull is
+                its footprint.
+
+        Raises:
+            InputError: The set lists this scene's objects; not a word; not a loop.
+        """
+        scene = self.scene(scene_id)
+        if not self.may_mark(scene_id):
+            raise InputError("a scene whose objects are not listed", scene_id, field="scene_id")
+        with self._lock, self.journal.alone():
+            taken = {o.id for o in self.standing.scenes[scene_id].objects or ()}
+            things = []
+            for word, points in found:
+                symbol = _word(word, "symbol")
+                if symbol is None:
+                    raise InputError("a word for the object", "none", field="symbol")
+                number = 0
+                while f"{symbol}-{number}" in taken:
+                    number += 1
+                taken.add(f"{symbol}-{number}")
+                things.append(object_about(f"{symbol}-{number}", symbol, points, scene))
+            body = {"scene_id": scene_id, "objects": [o.to_json() for o in things]}
+            self.journal.append_within("mark", body, actor=actor)
+        self._changed()
+        return tuple(o.id for o in things)
+
+    def unmark(self, scene_id: str, object_id: str, *, actor: str) -> None:
+        """Takes a marked object off the list."""
+        listed = {o.id for o in self.scene(scene_id).objects or ()}
+        if not self.may_mark(scene_id) or object_id not in listed:
+            raise InputError("an object that was marked", object_id, field="id")
+        body = {"scene_id": scene_id, "id": object_id}
+        self.journal.append("unmark", body, actor=actor)
         self._changed()
 
     def undo(self, actor: str) -> str | None:

@@ -3,7 +3,7 @@ const NS = "http://www.w3.org/2000/svg";
 const REACH = 0.1; // of the picture's width: how near a stroke must begin and end
 const $ = (id) => document.getElementById(id);
 const tab = sessionStorage.demospecTab || (sessionStorage.demospecTab = "tab-" + Math.random().toString(36).slice(2, 12));
-let stroke = null, control = null, said = "";
+let stroke = null, control = null, said = "", marking = false;
 
 const pen = () => $("pen");
 const info = () => JSON.parse($("stage").dataset.scene || "null");
@@ -41,7 +41,8 @@ function begin(e) {
   if (!scene) return;
   pen().setPointerCapture(e.pointerId);
   const p = place(e);
-  stroke = { points: [near(p, scene.start) ? scene.start : p], t: [0], from: e.timeStamp, began: near(p, scene.start) };
+  const atStart = !marking && near(p, scene.start);
+  stroke = { points: [atStart ? scene.start : p], t: [0], from: e.timeStamp, began: marking || atStart, marking };
   cancelCurve();
   e.preventDefault(); pen().focus({ preventScroll: true });
 }
@@ -60,10 +61,21 @@ function end(e) {
   clear("drawing");
   const last = done.points[done.points.length - 1];
   if (done.points.length < 3) { const id = pathAt(e); if (id) send("teach_pick", id); return; }
+  if (done.marking) {
+    mark(false);
+    return send("teach_mark", { scene: scene.id, points: done.points });
+  }
   if (!done.began) return warn("Begin at the circle: that is where the motion starts.");
   if (!near(last, scene.goal)) return warn("End at the star: that is where the motion must arrive.");
   done.points.push(scene.goal); done.t.push(done.t[done.t.length - 1]);
   send("teach_stroke", { scene: scene.id, points: done.points, t: done.t.map((s) => Math.round(s * 1000) / 1000) });
+}
+// The next stroke is a loop about an object, not a path.
+function mark(on) {
+  marking = on;
+  $("mark").setAttribute("aria-pressed", String(on));
+  if (on && !$("object-word").value.trim()) { mark(false); $("object-word").focus(); return warn("Say first what the object is, for example cup."); }
+  if (on) warn("Draw a loop around the " + $("object-word").value.trim() + ".");
 }
 function under(e, what) { return document.elementsFromPoint(e.clientX, e.clientY).map((x) => x.closest(what)).find(Boolean); }
 function pathAt(e) { return under(e, ".path")?.dataset.id; }
@@ -107,7 +119,7 @@ function key(e) {
     send("teach_stroke", { scene: info().id, points, t: null });
     return e.preventDefault();
   }
-  if (e.key === "Escape") { cancelCurve(); stroke = null; clear("drawing"); return; }
+  if (e.key === "Escape") { mark(false); cancelCurve(); stroke = null; clear("drawing"); return; }
   const letter = e.key.toLowerCase(), held = e.ctrlKey || e.metaKey;
   let what = null;
   if (held && letter === "z") what = e.shiftKey ? "redo" : "undo";
@@ -163,6 +175,7 @@ function start() {
   p.addEventListener("pointerup", end); p.addEventListener("pointercancel", () => { stroke = null; clear("drawing"); });
   p.addEventListener("blur", cancelCurve);
   document.addEventListener("keydown", key);
+  $("mark").addEventListener("click", () => mark(!marking));
   $("replay").addEventListener("click", replay);
   $("picture-file").addEventListener("change", (e) => { addPicture(e.target.files[0]); e.target.value = ""; });
   let kept = {};
