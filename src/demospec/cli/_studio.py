@@ -42,8 +42,8 @@ def studio(
     """Draw what you mean, see what was understood: a web page on this machine only."""
     from demospec.studio import serve
 
-    say(f"studio at http://{host}:{port} (Ctrl-C stops it)")
     serve(
         set_folder, model, run, host=host, port=port, token=token, out=out,
         scenes_only=scenes_only, show=browser,
+        ready=lambda: say(f"studio at http://{host}:{port} (Ctrl-C stops it)"),
     )  # fmt: skip
