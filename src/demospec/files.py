@@ -74,6 +74,8 @@ def writing_folder(path: str | os.PathLike[str], *, replace: bool = False) -> It
         os.replace(temporary, target)
         if old is not None:
             shutil.rmtree(old, ignore_errors=True)
+    except OutputError as error:  # of a file in it: the user knows the folder by its own name
+        raise OutputError(str(error).replace(str(temporary), str(target))) from error
     except OSError as error:
         raise OutputError(f"{target}: cannot write: {error.strerror or error}") from error
     finally:

@@ -90,6 +90,58 @@ def test_command_writes_the_same_file_with_workers(place, tmp_path, monkeypatch)
     assert len(json.loads(written[0])["predictions"]) == 72
 
 
+class Killed(BaseException):
+    """What no handler of errors sees, as kill -9 would not be seen."""
+
+
+def test_a_killed_run_goes_on_where_it_was(place, tmp_path, monkeypatch):
+    import demospec.specification._predict_parts as parts
+
+    model, store = str(place / "truth.json"), str(place / "set")
+    whole = predict(load_model(model), read_set(place / "set"))
+    judged = []
+    judge = parts._judge
+
+    def until_killed(source, rows):
+        if len(judged) == 2:
+            raise Killed
+        judged.append(rows)
+        return judge(source, rows)
+
+    monkeypatch.setattr(parts, "_judge", until_killed)
+    with pytest.raises(Killed):
+        list(predict_parts(model, store, rows=20, keep=tmp_path / "kept"))
+    monkeypatch.setattr(
+        parts, "_judge", lambda source, rows: judged.append(rows) or judge(source, rows)
+    )
+    found = list(predict_parts(model, store, rows=20, keep=tmp_path / "kept"))
+    assert judged == cut_rows(store, rows=20)  # none twice
+    assert tuple(item for part in found for item in part.items) == whole.items
+    # Another cut is another job, and so is a model that was changed since.
+    list(predict_parts(model, store, rows=30, keep=tmp_path / "kept"))
+    assert judged[4:] == cut_rows(store, rows=30)
+
+
+def test_the_command_leaves_no_parts_behind(place, tmp_path, monkeypatch):
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    from demospec.cli import main
+
+    monkeypatch.setattr("demospec.cli._predict.LARGE", 10)
+    for store, status in ((place / "set", 0), (tmp_path / "broken", 2)):
+        if status:
+            write_set(read_set(place / "set"), store)
+            table = pq.read_table(store / "demonstrations.parquet")
+            doubled = pa.concat_tables([table, table.slice(0, 1)])
+            pq.write_table(doubled, store / "demonstrations.parquet")
+        with pytest.raises(SystemExit) as ended:
+            main(["predict", str(place / "truth.json"), str(store), "--out",
+                  str(tmp_path / "out.json")])  # fmt: skip
+        assert ended.value.code == status
+        assert not [p for p in tmp_path.iterdir() if p.name.startswith(".")]
+
+
 def test_stores_that_do_not_exist_are_named(place, tmp_path):
     for store in (str(tmp_path / "none"), (tmp_path / "none").as_uri(), "nosuch://bucket/set"):
         with pytest.raises(InputError):

@@ -124,28 +124,44 @@ def _in_parts(
     json: bool,
     out: Path | None,
 ) -> None:
-    """The same document for a set that need not fit into memory, written as it comes."""
+    """The same document for a set that need not fit into memory, written as it comes.
+
+    Finished parts stand beside the output until it is whole, so that a killed run goes on.
+    """
+    from demospec.errors import DemospecError
     from demospec.files import writing_file
     from demospec.specification import predict_parts
 
-    with progress_bar() as progress:
-        # Workers of a cluster may stand in other folders than we do.
-        parts = predict_parts(
-            str(model.resolve()),
-            store if "://" in store else str(Path(store).resolve()),
-            workers=workers,
-            cluster=cluster,
-            progress=progress,
-        )
-        if out is None:
-            _stream(sys.stdout, parts)
-            return
-        with writing_file(out) as temporary, open(temporary, "w", encoding="utf-8") as file:
-            _stream(file, parts)
+    kept = None if out is None or "://" in store else out.parent / f".{out.name}.parts"
+    try:
+        with progress_bar() as progress:
+            # Workers of a cluster may stand in other folders than we do.
+            parts = predict_parts(
+                str(model.resolve()),
+                store if "://" in store else str(Path(store).resolve()),
+                workers=workers,
+                cluster=cluster,
+                keep=kept,
+                progress=progress,
+            )
+            if out is None:
+                _stream(sys.stdout, parts)
+                return
+            with writing_file(out) as temporary, open(temporary, "w", encoding="utf-8") as file:
+                _stream(file, parts)
+    except DemospecError:  # after a fault there is nothing to go on with
+        _remove(kept)
+        raise
+    _remove(kept)
     say(f"wrote {out}")
     if json:
         with open(out, encoding="utf-8") as file:
             shutil.copyfileobj(file, sys.stdout)
+
+
+def _remove(kept: Path | None) -> None:
+    if kept is not None:
+        shutil.rmtree(kept, ignore_errors=True)
 
 
 def _stream(file: TextIO, parts: Iterator[Predictions]) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache, partial
+from pathlib import Path
 from typing import Any
 
 from demospec.demonstrations import ValidityModel, cut_rows, read_part
@@ -12,6 +13,7 @@ from demospec.errors import CannotJudgeError, InputError
 from demospec.parallel import iterate_tasks
 from demospec.progress import Progress, silent
 from demospec.specification._predict import Prediction, Predictions, predict
+from demospec.specification._predict_kept import KeptParts, job_of
 
 
 @dataclass(frozen=True)
@@ -27,6 +29,7 @@ def predict_parts(
     rows: int = 100_000,
     workers: int = 1,
     cluster: str | None = None,
+    keep: Path | None = None,
     progress: Progress = silent,
 ) -> Iterator[Predictions]:
     """As `predict_batches`, for a model and a set that every worker reads for itself.
@@ -39,17 +42,26 @@ def predict_parts(
         rows: Demonstrations of a part, ≥ 1.
         workers: Processes on this machine.
         cluster: Address of a Dask scheduler.
+        keep: A folder for finished parts (of a set on disk): a run that was killed goes on
+            from them. The caller removes it when all is written.
 
     Raises:
         InputError: As `read_set`; also a demonstration that is there twice.
     """
     _load(model)  # a fault of the model is told before anything starts
     tasks = cut_rows(store, rows=rows)
-    judge = partial(_judge, _Source(model, store))
+    kept = None if keep is None else KeptParts(keep, job_of(model, store, rows))
+    there = set() if kept is None else kept.there
+    left = [task for i, task in enumerate(tasks) if i not in there]
+    fresh = iterate_tasks(
+        partial(_judge, _Source(model, store)), left, workers=workers, cluster=cluster,
+        progress=progress, what="judging parts",
+    )  # fmt: skip
     seen: set[int] = set()
-    for part in iterate_tasks(
-        judge, tasks, workers=workers, cluster=cluster, progress=progress, what="judging parts"
-    ):
+    for i in range(len(tasks)):
+        part = kept.read(i) if kept is not None and i in there else next(fresh)
+        if kept is not None and i not in there:
+            kept.save(i, part)
         for name in dict.fromkeys(item.demo_id for item in part.items):
             if hash(name) in seen:
                 raise InputError("each demonstration once", name, file=store, field="demo_id")
