@@ -15,7 +15,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from demospec.errors import InputError, OutputError
+from demospec.errors import DemospecError, InputError, OutputError
 
 
 @contextmanager
@@ -40,8 +40,9 @@ def writing_file(path: str | os.PathLike[str], *, replace: bool = True) -> Itera
         os.umask(umask)
         temporary.chmod(0o666 & ~umask)
         os.replace(temporary, target)
-    except OSError as error:
-        raise OutputError(f"{target}: cannot write: {error.strerror or error}") from error
+    except Exception as error:
+        _refuse_fault_of_disk(target, error)
+        raise
     finally:
         if temporary is not None:
             temporary.unlink(missing_ok=True)
@@ -76,11 +77,24 @@ def writing_folder(path: str | os.PathLike[str], *, replace: bool = False) -> It
             shutil.rmtree(old, ignore_errors=True)
     except OutputError as error:  # of a file in it: the user knows the folder by its own name
         raise OutputError(str(error).replace(str(temporary), str(target))) from error
-    except OSError as error:
-        raise OutputError(f"{target}: cannot write: {error.strerror or error}") from error
+    except Exception as error:
+        _refuse_fault_of_disk(target, error)
+        raise
     finally:
         if temporary is not None and temporary.exists():
             shutil.rmtree(temporary, ignore_errors=True)
+
+
+_FAULTS_OF_DISK = ("No space left", "disk is full", "Disk quota", "File too large", "os error")
+
+
+def _refuse_fault_of_disk(target: Path, error: Exception) -> None:
+    """OutputError for what the disk refused; libraries that write raise exceptions of their own."""
+    if isinstance(error, OSError):
+        raise OutputError(f"{target}: cannot write: {error.strerror or error}") from error
+    said = str(error)
+    if not isinstance(error, DemospecError) and any(words in said for words in _FAULTS_OF_DISK):
+        raise OutputError(f"{target}: cannot write: {said}") from error
 
 
 def check_free_folder(path: str | os.PathLike[str], *, replace: bool = False) -> None:

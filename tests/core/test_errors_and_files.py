@@ -64,6 +64,28 @@ def test_folder_with_content_is_not_replaced_unless_asked(tmp_path: Path) -> Non
     assert [p.name for p in tmp_path.iterdir()] == ["set"]
 
 
+def test_what_a_library_says_of_a_full_disk_is_an_output_error(tmp_path: Path) -> None:
+    """Only some libraries raise OSError: others wrap the system's words in their own exception."""
+
+    class SomeLibrarysError(Exception):
+        pass
+
+    words = "Error while serializing: I/O error: No space left on device (os error 28)"
+    for context in (writing_file, writing_folder):
+        with (
+            pytest.raises(OutputError, match=r"out: cannot write: .*No space left"),
+            context(tmp_path / "out"),
+        ):
+            raise SomeLibrarysError(words)
+        with pytest.raises(SomeLibrarysError, match="broken"), context(tmp_path / "out"):
+            raise SomeLibrarysError("broken")
+    # A file in a folder is called by the folder's own name, not by its temporary one.
+    with pytest.raises(OutputError) as fault, writing_folder(tmp_path / "out") as folder:
+        raise OutputError(f"{folder}/a.json: cannot write: No space left on device")
+    assert str(fault.value) == f"{tmp_path}/out/a.json: cannot write: No space left on device"
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_disk_full_is_one_line(tmp_path: Path) -> None:
     with pytest.raises(OutputError, match="No space left"), writing_file(tmp_path / "a"):
         raise OSError(28, "No space left on device")
