@@ -34,7 +34,8 @@ def check(set_folder: SetFolder, json: Json = False, out: Out = None) -> None:
         _print(document)
     if not report.readable:
         first = report.problems[0]
-        more = f" (and {report.errors - 1} more errors)" if report.errors > 1 else ""
+        n = report.errors - 1
+        more = f" (and {n} more error{'' if n == 1 else 's'})" if n else ""
         raise InputError(
             first.expected, first.found + more, file=first.file, row=first.row, field=first.field
         )
@@ -56,4 +57,6 @@ def _print(document: dict[str, Any]) -> None:
         listed = sum(p["kind"] == kind for p in document["problems"])
         if n > listed:
             print(f"{kind}: {n} in all, {listed} listed")
-    say(f"{document['errors']} errors, {document['warnings']} warnings")
+    if document["readable"]:  # else the refusal, which is one line, says how many errors
+        n = document["warnings"]
+        say(f"readable; {n} warning{'' if n == 1 else 's'}")
