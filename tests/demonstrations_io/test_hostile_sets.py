@@ -14,7 +14,7 @@ import pytest
 from small_sets import change_json, change_line, digest, rewrite_table, write_small
 
 from demospec.cli import main
-from demospec.demonstrations import check_set, iterate_batches, read_set
+from demospec.demonstrations import check_set, iterate_batches, read_set, write_set
 from demospec.errors import InputError
 from demospec.scene import Picture
 
@@ -250,6 +250,22 @@ def test_a_picture_that_is_broken_inside_is_named_when_decoded_and_never_copied(
                     ["edit", "drop", str(root), "--unlabelled", "--out", out]):  # fmt: skip
         assert "s0.png: expected a whole picture" in refused(capsys, *command)
         assert not (tmp_path / "out").exists()
+
+
+def test_a_changed_byte_in_a_table_that_we_wrote_is_found(tmp_path: Path) -> None:
+    root = tmp_path / "set"
+    write_set(read_set(write_small(tmp_path / "small", 40)), root)
+    file = root / "demonstrations.parquet"
+    import pyarrow.parquet as pq
+
+    chunk = pq.ParquetFile(file).metadata.row_group(0).column(5)  # the coordinates
+    assert chunk.path_in_schema.startswith("points")
+    whole = bytearray(file.read_bytes())
+    whole[chunk.data_page_offset + chunk.total_compressed_size - 3] ^= 1
+    file.write_bytes(whole)
+    with pytest.raises(InputError, match="expected a Parquet file"):
+        read_set(root)
+    assert not check_set(root).readable
 
 
 def test_what_follows_the_end_of_a_picture_is_no_fault(tmp_path: Path) -> None:

@@ -58,7 +58,10 @@ def opened_parquet(file: Path) -> Iterator[Any]:
         raise InputError("a Parquet file", found, file=file)
     with parquet_faults(file):
         # Without a buffer size, one row group's compressed columns are held at once.
-        parquet = pq.ParquetFile(file, buffer_size=1 << 20, pre_buffer=False)
+        # Checksums are verified where the writer left some, as `write_table` does.
+        parquet = pq.ParquetFile(
+            file, buffer_size=1 << 20, pre_buffer=False, page_checksum_verification=True
+        )
     try:
         yield parquet
     finally:
@@ -325,4 +328,5 @@ def write_table(data: Demonstrations, file: Path) -> None:
         compression="zstd",
         row_group_size=min(max(rows, 1), 65_536),
         use_dictionary=text,
+        write_page_checksum=True,
     )
