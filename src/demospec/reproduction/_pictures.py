@@ -36,10 +36,11 @@ def panels(rows: int, columns: int, width: float = 3.2, height: float = 3.2) -> 
     return figure, figure.subplots(rows, columns, squeeze=False)
 
 
-def show_scene(ax: Any, scene: Any) -> None:
-    """The picture in its own pixels; start and goal marked."""
+def show_scene(ax: Any, scene: Any, *, faded: bool = False) -> None:
+    """The picture in its own pixels; start and goal marked. Faded: for lines of many shades."""
     width, height = scene.size_px
-    ax.imshow(scene.picture.pixels, extent=(0, width, height, 0))
+    alpha = 0.4 if faded else 1.0
+    ax.imshow(scene.picture.pixels, extent=(0, width, height, 0), alpha=alpha)
     ax.plot(*scene.start[:2], "o", color="white", mec="black", ms=5)
     ax.plot(*scene.goal[:2], "*", color="white", mec="black", ms=9)
     ax.set(xticks=[], yticks=[], xlim=(0, width), ylim=(height, 0))
@@ -47,8 +48,12 @@ def show_scene(ax: Any, scene: Any) -> None:
 
 def draw_samples(data: DemonstrationSet, path: Path, count: int = 4) -> None:
     """Some training scenes, a row a type: accepted blue, rejected dashed orange."""
+    from matplotlib.patheffects import withStroke
+
     scenes = data.of_split("train").scenes[:count]
     figure, axes = panels(len(data.types), len(scenes), 2.4, 2.4)
+    # A white halo keeps the lines readable on every table.
+    halo = [withStroke(linewidth=2.6, foreground="white", alpha=0.7)]
     d = data.demonstrations
     for row, type_ in zip(axes, data.types, strict=True):
         for ax, scene in zip(row, scenes, strict=True):
@@ -56,7 +61,7 @@ def draw_samples(data: DemonstrationSet, path: Path, count: int = 4) -> None:
             for i in np.flatnonzero((d.scene_id == scene.scene_id) & (d.type == type_)):
                 good = d.valid[i] == 1
                 ax.plot(
-                    *d.points(int(i))[:, :2].T, lw=1.2,
+                    *d.points(int(i))[:, :2].T, lw=1.2, path_effects=halo,
                     color=VALID if good else INVALID, ls="-" if good else "--",
                 )  # fmt: skip
         row[0].set_ylabel(type_)
@@ -79,7 +84,7 @@ def draw_accuracy(rows: Sequence[Mapping[str, Any]], stem: Path, reading: str) -
                 ax.plot(x, y, marker=MARKS[model], color=COLOURS[model], label=model, ms=4)
             ax.axhline(0.5, color="0.6", lw=0.8, ls=":")
             ax.set(title=f"{type_}, {where} scenes", ylim=(0.4, 1.02))
-            ax.set_xlabel("trajectories per scene [number]")
+            ax.set_xlabel("trajectories per scene and type [number]")
             ax.locator_params(axis="x", integer=True)
         row[0].set_ylabel("balanced accuracy")
     axes[0][0].legend(fontsize=8, frameon=False)
@@ -123,13 +128,16 @@ def draw_repairs(data: DemonstrationSet, results: Mapping[str, Any], stem: Path)
     for row, type_ in zip(axes, types, strict=True):
         for ax, model in zip(row, models, strict=True):
             example = results[model]["1"][type_]["examples"][0]
-            show_scene(ax, data.scene(example["scene"]))
+            show_scene(ax, data.scene(example["scene"]), faded=True)
             steps = example["steps"]
             for k, curve in enumerate(steps):
-                colour = blues(0.05 + 0.75 * k / max(len(steps) - 1, 1))
+                colour = blues(0.05 + 0.6 * k / max(len(steps) - 1, 1))
                 ax.plot(*np.array(curve).T, color=colour, lw=1.4)
-            verdict = "holds" if example["rule_valid"] else "does not hold"
-            ax.set_title(f"{type_}, {model}: {verdict}", fontsize=9)
+            ax.plot(*np.array(steps[0]).T, color="black", lw=1.4, ls=":")
+            last = VALID if example["rule_valid"] else INVALID
+            ax.plot(*np.array(steps[-1]).T, color=last, lw=2.4)
+            verdict = "accepts" if example["rule_valid"] else "rejects"
+            ax.set_title(f"{model}, {type_}: true rule {verdict}", fontsize=9)
     save(figure, stem.with_suffix(".png"))
 
 
@@ -147,10 +155,14 @@ def draw_plans(
             prices = cost_map(rules, scene, type_)
             extra = np.ma.masked_less_equal(np.asarray(prices.array, dtype=float), 1.0)
             width, height = scene.size_px or extra.shape[::-1]
-            ax.imshow(extra, cmap="cividis", alpha=0.6, extent=(0, width, height, 0))
+            extent = (0, width, height, 0)
+            if extra.count():  # somebody may keep clear of nothing
+                ax.imshow(extra, cmap="Oranges", alpha=0.6, vmin=1.0, extent=extent)
             for plan in document["plans"]:
                 mine = plan["scene"] == scene.scene_id and plan["type"] == type_
                 if mine and plan["status"] == "found":
-                    ax.plot(*np.array(plan["points"])[:, :2].T, color="#009e73", lw=2.5)
-            ax.set_title(type_, fontsize=9)
+                    line = np.array(plan["points"])[:, :2].T
+                    ax.plot(*line, color="white", lw=4, solid_capstyle="round")
+                    ax.plot(*line, color=VALID, lw=2.2)
+            ax.set_title(f"{type_}, scene {scene.scene_id}", fontsize=9)
     save(figure, path)
