@@ -96,6 +96,9 @@ BREAKS |= {
     "polygon of two corners": lambda root: change_line(
         root, 0, lambda d: d["objects"][0].update(polygon=[[0, 0], [1, 1]])
     ),
+    "box of negative size": lambda root: change_line(
+        root, 0, lambda d: d["objects"][0].update(bbox=[1, 1, -5, 5])
+    ),
     "unknown symbol": lambda root: change_line(
         root, 0, lambda d: d["objects"][0].update(symbol="dragon")
     ),

@@ -27,6 +27,14 @@ Coordinate = Annotated[
     AfterValidator(_coordinate),
     Field(json_schema_extra={"minimum": -MAX_COORDINATE, "maximum": MAX_COORDINATE}),
 ]
+
+
+def _box(value: list[float]) -> list[float]:
+    if min(value[2:]) < 0:
+        raise ValueError("must be [x, y, width, height] with width and height of at least 0")
+    return value
+
+
 Name = Annotated[str, Field(min_length=1, max_length=1000)]
 
 
@@ -53,7 +61,9 @@ class ObjectLine(_Strict):
     id: Name
     symbol: Name
     center: Annotated[list[Coordinate], Field(min_length=2)]
-    bbox: Annotated[list[Coordinate], Field(min_length=4, max_length=4)] | None = None
+    bbox: (
+        Annotated[list[Coordinate], Field(min_length=4, max_length=4), AfterValidator(_box)] | None
+    ) = None
     polygon: (
         Annotated[
             list[Annotated[list[Coordinate], Field(min_length=2, max_length=2)]],
