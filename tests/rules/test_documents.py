@@ -26,6 +26,7 @@ from demospec.rules import (
     rules_document,
     rules_from_document,
 )
+from demospec.rules._influence_rule import influence_words
 
 RULES = {"careful": dict.fromkeys(SYMBOLS, 3.0), "normal": {"glass": 3.0}, "aggressive": {}}
 
@@ -227,3 +228,25 @@ def test_public_names_exist() -> None:
     with pytest.raises(AttributeError):
         room.nothing_of_that_name  # noqa: B018
     assert issubclass(InputError, DemospecError)
+
+
+@pytest.mark.parametrize(
+    ("radius", "says"),
+    [
+        (
+            {"drill": [38, 159]},
+            "at least 37 px from drills; between 37 and 159 px it depends",
+        ),
+        (
+            {"drill": [40, 159], "tape": [37, 37]},
+            "at least 37 px from everything; out to 159 px from drills it depends on how long",
+        ),
+        (
+            {"drill": [37, 37], "tape": [5, 37]},
+            "at least 37 px from the centre of everything",
+        ),
+    ],
+)
+def test_T_min_is_said_of_every_class(radius: dict[str, list[int]], says: str) -> None:
+    answer = {"hull": {"T_min": [37, 37], "radius": radius}, "settings": {"thresholds": "class"}}
+    assert says in influence_words(answer, None)

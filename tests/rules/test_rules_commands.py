@@ -60,6 +60,21 @@ def test_json_is_the_contract_and_a_model(
     assert read_rules(file).types == tuple(RULES)
 
 
+@pytest.mark.parametrize(
+    ("option", "value", "says"),
+    [
+        ("--split", "tarin", "split: expected a split of the set (train), found tarin"),
+        ("--scene", "zzz", "scene_id: expected a scene of the set (00, "),
+    ],
+)
+def test_a_split_or_scene_that_the_set_has_not(
+    folder: Path, capsys: pytest.CaptureFixture[str], option: str, value: str, says: str
+) -> None:
+    status, out, err = run(capsys, "rules", folder, option, value)
+    assert (status, out) == (2, "")
+    assert says in err
+
+
 def test_one_problem_or_several(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     scenes = [
         {

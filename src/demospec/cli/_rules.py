@@ -146,6 +146,7 @@ def _set(
             say(f"note: {count} demonstrations: learned from a random {SAMPLE} of each type")
         else:
             data = read_set(path)
+        shown = data.scenes[0] if scene is None else data.scene(scene)
         answer = learn_rules(data, progress=progress, **options)
     document = rules_document(answer)
     for note in answer.notes:
@@ -153,7 +154,6 @@ def _set(
     if picture is not None:
         from demospec.report import draw_envelopes
 
-        shown = data.scenes[0] if scene is None else data.scene(scene)
         draw_envelopes(data, answer, shown, picture)
         say(f"wrote {picture}")
     save_json(document, out)

@@ -243,11 +243,12 @@ def influence_words(answer: Mapping[str, Any], metres_per_unit: float | None) ->
         # Touching is not forbidden as such: "at least 0 px" would say nothing.
         reach = listed([f"{length} from {where}" for where, length in far])
         text = f"no distance is forbidden outright; within {reach} it depends on how long"
-    elif len(far) == 1:
+    elif len(far) == 1 and len(hull["radius"]) == 1:
         ((where, length),) = far
         text = f"keeps at least {least} from {where}; "
         text += f"between {high} and {length} it depends on how long"
     elif far:
+        # T_min holds for every class, also where only one reaches further.
         reach = listed([f"{length} from {where}" for where, length in far])
         text = f"keeps at least {least} from everything; out to {reach} it depends on how long"
     else:

@@ -77,6 +77,9 @@ def approaches(
     if not labelled.all():
         notes.append(f"{int((~labelled).sum())} demonstrations without a label are ignored")
     keep = labelled
+    known = sorted({s.split for s in data.scenes})
+    if split not in (None, "train", *known):
+        raise InputError(f"a split of the set ({', '.join(known)})", split, field="split")
     if split is not None and any(s.split == split for s in data.scenes):
         inside = {s.scene_id for s in data.scenes if s.split == split}
         in_split = np.array([s in inside for s in d.scene_id], dtype=bool)
