@@ -51,6 +51,26 @@ def test_plan_prints_the_document(
     assert "keeps the rule" in capsys.readouterr().out
 
 
+def test_plan_says_what_it_could_not_rest_on(capsys: pytest.CaptureFixture[str]) -> None:
+    from demospec.cli._plan import _show
+    from demospec.planning import Plan, PlanCheck
+
+    kept = PlanCheck(True, 1.0, {"mug-0": 4.0})
+    plan = Plan(
+        "7", "any", "found", "grid", "upper", np.zeros((2, 2)), 0.0, 0.0, kept,
+        unbounded=("jar",), capped={"mug": 2.5}, uninformed=("pan-1",), judged_by="model",
+    )  # fmt: skip
+    _show(plan.to_json(), None)
+    said = " ".join(capsys.readouterr().out.split())
+    assert "keeps the rule, as the model sees the scene yes" in said
+    assert "bounds the clearance to jar" in said
+    assert "start or goal is nearer to a mug than the envelope: 2.5 px kept" in said
+    assert "the rule says nothing about pan-1" in said
+    stuck = replace(plan, status="infeasible", reason="no way past mug-0, even without any")
+    _show(stuck.to_json(), None)
+    assert capsys.readouterr().out.endswith("infeasible: no way past mug-0, even without any\n")
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [

@@ -57,7 +57,7 @@ def of_pair(pair: TypeEffect, settings: Settings) -> str:
     a, b = pair.from_type, pair.to_type
     apart = f"they disagree on {100 * pair.disagreement.mean:.0f} % of the paths"
     if not pair.differ:
-        return f"{a} and {b} are not told apart ({apart})."
+        return f"These scenes do not tell {a} and {b} apart ({apart})."
     significant = pair.p_corrected is not None and pair.p_corrected < settings.significance
     if not significant or abs(pair.effect) < settings.minimum_effect:
         return f"{a} and {b} accept equally many paths, but not the same ones ({apart})."

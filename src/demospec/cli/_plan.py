@@ -87,8 +87,9 @@ def _show(document: dict[str, Any], metres_per_unit: float | None) -> None:
         typer.echo(f"{title}\n{document['status']}: {document['reason']}")
         return
     verdict = "yes" if document["obeys"] else "no"
+    by_eye = ", as the model sees the scene" if document["judged_by"] == "model" else ""
     rows = [
-        ["keeps the rule", verdict],
+        [f"keeps the rule{by_eye}", verdict],
         ["length", words(document["length"])],
         ["cost", f"{document['cost']:.1f}"],
         ["way points", str(len(document["points"]))],
