@@ -1,6 +1,6 @@
 """Reading, checking, auditing: speed, memory at a million demonstrations, wrong labels found.
 
-    python benchmarks/data.py [--quick] [--only read|audit|scale] [--folder FOLDER]
+    python benchmarks/data.py [--quick] [--only read|audit|pictures|scale] [--folder FOLDER]
 
 `read`: CPU seconds of one thread to read 100,000 demonstrations (bar: 2 s). `scale`: one million
 demonstrations over ten thousand scenes (made anew in FOLDER, a gigabyte or two) through the
@@ -8,7 +8,7 @@ commands `check`, `rules` and `predict`, each in a process of its own: CPU secon
 memory (bar: 2 GiB). `audit`: simulated sets with 5 % of the labels flipped; recall over the flips
 that are *detectable* (no noise-free clearance rule agrees with the flipped label and with the
 true labels of all others of its type; bar: 80 %), false reviews over the labels that are right
-(bar: 3 %).
+(bar: 3 %). `pictures`: the same where no scene lists its objects, so that the audit must see them.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -164,7 +165,9 @@ def _child(arguments: list[str]) -> dict[str, Any]:
     }
 
 
-def bench_audit(seeds: int, sizes: list[tuple[int, int]]) -> list[dict[str, Any]]:
+def bench_audit(
+    seeds: int, sizes: list[tuple[int, int]], *, listed: bool = True
+) -> list[dict[str, Any]]:
     """Flipped labels found and right labels suspected, pooled over seeds."""
     rows = []
     for scenes, demonstrations in sizes:
@@ -176,7 +179,8 @@ def bench_audit(seeds: int, sizes: list[tuple[int, int]]) -> list[dict[str, Any]
                 label_noise=0.05,
             )  # fmt: skip
             began = time.process_time()
-            result = audit_set(data)
+            bare = tuple(replace(scene, objects=None) for scene in data.scenes)
+            result = audit_set(data if listed else replace(data, scenes=bare))
             cpu += time.process_time() - began
             flipped = np.isin(data.demonstrations.demo_id.astype(str), truth["flipped"])
             review = np.array([e.verdict == "review" for e in result.entries])
@@ -188,7 +192,9 @@ def bench_audit(seeds: int, sizes: list[tuple[int, int]]) -> list[dict[str, Any]
         n_flipped, n_able, found, right, wrong = counts.tolist()
         rows.append(
             {
-                "what": f"audit, {scenes} scenes × 3 types × {demonstrations}", "seeds": seeds,
+                "what": f"audit{'' if listed else ' of pictures'}, {scenes} scenes × 3 types × "
+                f"{demonstrations}",
+                "seeds": seeds,
                 "flips": n_flipped, "detectable": n_able,
                 "recall": round(found / max(1, n_able), 4),
                 "false_reviews": round(wrong / right, 4), "cpu_s_a_set": round(cpu / seeds, 2),
@@ -224,7 +230,7 @@ def detectable(data: DemonstrationSet, flipped: np.ndarray) -> np.ndarray:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--quick", action="store_true")
-    parser.add_argument("--only", choices=["read", "audit", "scale"])
+    parser.add_argument("--only", choices=["read", "audit", "pictures", "scale"])
     parser.add_argument("--folder", type=Path)
     options = parser.parse_args()
     results: dict[str, Any] = {}
@@ -237,6 +243,9 @@ def main() -> None:
         if options.only in (None, "audit"):
             sizes = [(6, 5)] if options.quick else [(6, 5), (12, 8), (20, 10)]
             results["audit"] = bench_audit(2 if options.quick else 20, sizes)
+        if options.only in (None, "pictures"):
+            size = [(6, 5)] if options.quick else [(16, 8)]
+            results["pictures"] = bench_audit(1 if options.quick else 8, size, listed=False)
         if options.only in (None, "scale"):
             n, scenes = (120_000, 1_000) if options.quick else (1_000_000, 10_000)
             results["scale"] = bench_scale(folder, n, scenes)

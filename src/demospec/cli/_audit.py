@@ -40,8 +40,9 @@ def audit(
 ) -> None:
     """Find demonstrations whose label contradicts what the others follow.
 
-    The judge is the clearance rule that the other demonstrations of the type support; with
-    --model also the surprise of a model that has not seen the demonstration.
+    The judge is the clearance rule that the other demonstrations of the type support, over the
+    listed objects, else over what the pictures show; with --model also the surprise of a model
+    that has not seen the demonstration.
     """
     from demospec.demonstrations import DemonstrationSet, ValidityModel, read_set
     from demospec.specification import audit_set, fit_model
