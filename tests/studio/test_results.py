@@ -3,13 +3,24 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 from demospec.demonstrations import simulate_set, write_set
+from demospec.files import write_json
 from demospec.rules import RuleSet
 from demospec.studio._results import results_html
-from demospec.studio._results_export import export, rule_sets
-from demospec.studio._results_view import accuracy, audit, effect, number, repairs, section
+from demospec.studio._results_curves import curve_files, curves
+from demospec.studio._results_export import export
+from demospec.studio._results_view import (
+    accuracy,
+    audit,
+    curve_table,
+    effect,
+    number,
+    repairs,
+    section,
+)
 from demospec.studio._workbench import Workbench
 
 
@@ -46,6 +57,24 @@ def test_repairs_show_the_true_rule_beside_the_models_opinion() -> None:
     assert "bold" not in html
 
 
+def test_curves_rise_with_accuracy_and_leave_out_types_of_one_class(tmp_path: Path) -> None:
+    rows = [
+        {"model": model, "type": kind, "n": n, "fits": 3, "majority_seen": 0.6,
+         "bacc_seen": None if kind == "bold" else share, "bacc_unseen": None}
+        for model in ("full", "irl") for kind in ("careful", "bold")
+        for n, share in ((1, 0.6), (4, 0.7), (16, 0.9))
+    ]  # fmt: skip
+    write_json(tmp_path / "accuracy-uniform.json", {"reading": "uniform", "rows": rows})
+    (name,) = curve_files(tmp_path)
+    html = curves(json.loads((tmp_path / f"{name}.json").read_text()))
+    lines = re.findall(r'<polyline points="([^"]+)"', html)
+    assert len(lines) == 2  # one for each model
+    heights = [float(p.split(",")[1]) for p in lines[0].split()]
+    assert heights == sorted(heights, reverse=True)
+    assert "bold" not in html
+    assert "90" in curve_table({"rows": rows})
+
+
 def test_words_from_files_cannot_inject_markup() -> None:
     evil = "<script>alert(1)</script>"
     html = audit({"demonstrations": [{"demo_id": evil, "verdict": "review", "why": evil}]})
@@ -70,11 +99,11 @@ def test_without_a_run_the_set_can_still_be_taken_away(tmp_path: Path) -> None:
         html = results_html(workbench)
         assert "No run is shown" in html
         assert "demospec demo --out runs/demo" in html
-        assert set(rule_sets(workbench)) == {"understood so far", "truth"}
+        assert set(workbench.rule_sets()) == {"understood so far", "truth"}
         name, media, content = export(workbench, "rules", rules="truth")
         assert (name, media) == ("rules.json", "application/json")
         told = json.loads(content)["types"]["careful"]["clearance"]["value"]
         assert told == truth["types"]["careful"]["clearance"]["value"]
-        assert all(isinstance(m, RuleSet) for m in rule_sets(workbench).values())
+        assert all(isinstance(m, RuleSet) for m in workbench.rule_sets().values())
     finally:
         workbench.close()

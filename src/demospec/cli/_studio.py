@@ -45,5 +45,5 @@ def studio(
     serve(
         set_folder, model, run, host=host, port=port, token=token, out=out,
         scenes_only=scenes_only, show=browser,
-        ready=lambda: say(f"studio at http://{host}:{port} (Ctrl-C stops it)"),
+        started=lambda address: say(f"studio at {address} (Ctrl-C stops it)"),
     )  # fmt: skip

@@ -10,6 +10,7 @@ from demospec.demonstrations import read_set
 from demospec.errors import DemospecError, InputError
 from demospec.scene import Scene
 from demospec.studio import _results_view as view
+from demospec.studio._results_curves import curve_files, curves
 from demospec.studio._results_export import FORMS, PLANNED, choices, export
 from demospec.studio._results_plans import plans, videos
 from demospec.studio._workbench import Workbench
@@ -94,6 +95,13 @@ def _found(folder: Path | None) -> str:
         view.section(folder, "rules", "What they care about", view.rules, again),
         view.section(folder, "causes", "What changes their verdict", view.causes, again),
         view.section(folder, "accuracy", "How well the models judge", view.accuracy, again),
+        *(
+            view.section(
+                folder, name, f"Accuracy with more demonstrations ({name.partition('-')[2]} draws)",
+                lambda d: curves(d) + view.curve_table(d), again,
+            )
+            for name in curve_files(folder)
+        ),
         view.section(folder, "plans", "Plans in new scenes", lambda d: plans(d, scenes), again),
         view.section(folder, "repairs", "Repaired paths", view.repairs, again),
         view.section(

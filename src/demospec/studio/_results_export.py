@@ -28,11 +28,6 @@ PLANNED = ("nav2", "moveit", "mcap")
 """Those that need a scene and a type, because a path is planned."""
 
 
-def rule_sets(workbench: Workbench) -> dict[str, RuleSet]:
-    """Name → rules that can be exported: those understood so far, the run's, given ones."""
-    return {n: m for n, m in workbench.models().items() if isinstance(m, RuleSet)}
-
-
 def export(
     workbench: Workbench, form: str, *, rules: str = "", scene: str = "", type: str = ""
 ) -> tuple[str, str, bytes]:
@@ -54,7 +49,7 @@ def export(
         return "report.html", "text/html", _report(workbench)
     if form not in FORMS:
         raise InputError(f"one of {', '.join(FORMS)}", form, field="form")
-    known = rule_sets(workbench)
+    known = workbench.rule_sets()
     if not known:
         raise InputError("labelled demonstrations, or --model RULES", "none", field="rules")
     name = rules or next(iter(known))
@@ -116,7 +111,7 @@ def zipped(folder: Path) -> bytes:
 
 def choices(workbench: Workbench) -> dict[str, Any]:
     """What the export form offers."""
-    known = rule_sets(workbench)
+    known = workbench.rule_sets()
     types = list(dict.fromkeys(t for rules in known.values() for t in rules.types))
     return {
         "rules": list(known),

@@ -175,6 +175,20 @@ def accuracy(document: Document) -> str:
     return accuracy_chart(document) + full
 
 
+def curve_table(document: Document) -> str:
+    """The numbers behind `curves`."""
+    rows = [
+        [
+            escape(str(r["model"])), escape(str(r["type"])), str(r["n"]), str(r["fits"]),
+            percent(r["bacc_seen"]), percent(r["bacc_unseen"]), percent(r["majority_seen"]),
+        ]
+        for r in document["rows"]
+    ]  # fmt: skip
+    header = ["model", "type", "demonstrations a scene", "fits", "balanced, seen scenes",
+              "balanced, unseen scenes", "majority class"]  # fmt: skip
+    return f"<details><summary>All numbers</summary>{table(header, rows, numbers=2)}</details>"
+
+
 def repairs(document: Document) -> str:
     """How often a repaired path is accepted by the rule that made the labels."""
     rows = []

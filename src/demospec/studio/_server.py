@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import socket
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from urllib.parse import quote
 
 from demospec.errors import DemospecError, InputError, MissingExtraError
 from demospec.studio._workbench import Workbench
@@ -23,7 +25,7 @@ def serve(
     out: Path | None = None,
     scenes_only: bool = False,
     show: bool = True,
-    ready: Callable[[], None] = lambda: None,
+    started: Callable[[str], None] = lambda address: None,
 ) -> None:
     """Serves the studio until interrupted.
 
@@ -32,14 +34,16 @@ def serve(
         host: Address to listen at. Any other than this machine's own needs a token.
         token: A secret that every request must bring, as ``?token=``, cookie or header.
         show: Open the page in a browser.
-        ready: Called when everything has been read, before the first page is served.
+        started: Told the address, with the token, when everything has been read and the studio
+            is about to answer there.
 
     Raises:
-        InputError: The set cannot be read; a foreign host without a token.
+        InputError: The set cannot be read; a foreign host without a token; the port is taken.
         MissingExtraError: nicegui is absent.
     """
     if host not in LOOPBACK and not token:
         raise InputError("a token (--token) where others can reach the studio", "none", field=host)
+    _must_be_free(host, port)
     # Fonts, scripts and styles come from the installed package; nothing is fetched elsewhere.
     try:
         from nicegui import app, ui
@@ -52,18 +56,31 @@ def serve(
     from demospec.studio._guard import Guard
 
     workbench = Workbench(set_folder, model, run, out=out, scenes_only=scenes_only)
-    ready()
     app.add_static_files(ADDRESS, STATIC)
     app.get("/", include_in_schema=False)(lambda: RedirectResponse("/teach"))
     app.add_middleware(Guard, token=token)
     for page in (_teach, _explore, _results, _api):
         page.register(workbench)
     keep_written(workbench)
+    first = "/teach" if not token else f"/teach?token={quote(token, safe='')}"
+    shown = f"[{host}]" if ":" in host else host
+    app.on_startup(lambda: started(f"http://{shown}:{port}{first}"))
     ui.run(
-        host=host, port=port, title="demospec studio", reload=False, show=show,
+        host=host, port=port, title="demospec studio", reload=False, show=first if show else False,
         show_welcome_message=False, language="en-US",
         reconnect_timeout=30.0,  # a busy machine must not make a tab start anew
     )  # fmt: skip
+
+
+def _must_be_free(host: str, port: int) -> None:
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    with socket.socket(family, socket.SOCK_STREAM) as trial:
+        trial.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            trial.bind((host, port))
+        except OSError as error:
+            said = f"{host}:{port}: {error.strerror or error}"
+            raise InputError("an address and port that are free", said, field="--port") from error
 
 
 def keep_written(workbench: Workbench) -> None:

@@ -61,6 +61,8 @@ def scene_from_picture(
                 image = PIL.ImageOps.exif_transpose(opened).convert("RGB")
     except InputError:
         raise
+    except PIL.UnidentifiedImageError as error:
+        raise InputError("a PNG, JPEG or WebP picture", "another file", field="picture") from error
     except Exception as error:  # whatever a decoder raises on a broken file
         raise InputError("a PNG, JPEG or WebP picture", str(error), field="picture") from error
     shrunk = max(image.size) / max(width, height)

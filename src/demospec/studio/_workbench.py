@@ -69,6 +69,10 @@ class Workbench:
         out: Path | None = None,
         scenes_only: bool = False,
     ) -> None:
+        if run is not None and not run.is_dir():
+            raise InputError("a run folder of demo or reproduce", "no such folder", file=run)
+        if model is not None and not model.exists():
+            raise InputError("a model folder or rule file", "nothing there", file=model)
         if set_folder is None and run is not None and (run / "set" / "dataset.json").is_file():
             set_folder = run / "set"
         self.set_folder = set_folder
@@ -84,6 +88,7 @@ class Workbench:
         self._parsed: dict[int, Scene | Demonstration] = {}
         self._standing: tuple[int, Taught] | None = None
         self._models: dict[str, ValidityModel] | None = None
+        self._rules: tuple[int, RuleSet | None] | None = None
         self._listeners: list[Callable[[], None]] = []
         before = () if scenes_only or self.original is None else self.original.demonstrations
         self._before: tuple[Demonstration, ...] = tuple(before)
@@ -326,13 +331,37 @@ class Workbench:
         """
         with self._lock:
             if self._models is None:
-                self._models = _load_models(self.model_path, self.run_folder, self.set_folder)
+                self._models = _load_models(self._places(), self.model_path)
             found = dict(self._models)
         so_far = self.rules()
         return found if so_far is None else {SO_FAR: so_far, **found}
 
+    def rule_sets(self) -> Mapping[str, RuleSet]:
+        """The `models` that are rule files; no network is loaded for them."""
+        from demospec.rules import RuleSet
+
+        found: dict[str, RuleSet] = {}
+        so_far = self.rules()
+        if so_far is not None:
+            found[SO_FAR] = so_far
+        files = {n: p for n, p in self._places().items() if p.is_file()}
+        for name, model in _load_models(files, self.model_path).items():
+            if isinstance(model, RuleSet):
+                found[name] = model
+        return found
+
+    def _places(self) -> dict[str, Path]:
+        return _places_of(self.model_path, self.run_folder, self.set_folder)
+
     def rules(self) -> RuleSet | None:
         """Clearance rules from what stands, or None while there is nothing to learn from."""
+        version = self.version
+        with self._lock:
+            if self._rules is None or self._rules[0] != version:
+                self._rules = (version, self._learned())
+            return self._rules[1]
+
+    def _learned(self) -> RuleSet | None:
         from demospec.rules import learn_rules
         from demospec.studio._near import near
 
@@ -378,11 +407,8 @@ def _digest(data: DemonstrationSet | None, scenes_only: bool) -> str:
     return hashlib.sha256("\n".join(names).encode()).hexdigest()
 
 
-def _load_models(
-    model: Path | None, run: Path | None, set_folder: Path | None
-) -> dict[str, ValidityModel]:
-    from demospec.specification import load_model
-
+def _places_of(model: Path | None, run: Path | None, set_folder: Path | None) -> dict[str, Path]:
+    """Name → model folder or rule file."""
     places: dict[str, Path] = {}
     if model is not None:
         places[model.stem] = model
@@ -393,6 +419,13 @@ def _load_models(
             places.setdefault("rules", run / "rules.json")
     if set_folder is not None and (set_folder / "truth.json").is_file():
         places.setdefault("truth", set_folder / "truth.json")
+    return places
+
+
+def _load_models(places: Mapping[str, Path], model: Path | None) -> dict[str, ValidityModel]:
+    """The models that can be loaded; one that was asked for by name must be."""
+    from demospec.specification import load_model
+
     found: dict[str, ValidityModel] = {}
     for name, place in places.items():
         try:

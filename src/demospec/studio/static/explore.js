@@ -187,6 +187,7 @@ const percent = (p) => `${(100 * p).toFixed(p > 0.995 || p < 0.005 ? 0 : 1)} %`;
 function paint() {
   if (!view.doc) return;
   const { doc } = view;
+  root.classList.toggle("stale", view.stale);
   drawStage(root.querySelector("#ex-svg"), doc, state, view);
   drawSides(root.querySelector(".ex-sides"), doc, state);
   root.querySelector(".ex-doubt").hidden = !doc.map?.sure;
@@ -302,7 +303,7 @@ try {
   build();
   listen();
   if (state.model) await refresh();
-  else say("Nothing is understood yet: teach a few paths first, or start with --model.", true);
+  else { root.classList.add("none"); say("Nothing is understood yet. Accept or reject a path or two under Teach, or start the studio with --model."); }
   paint();
   root.dataset.ready = "yes";
 } catch (error) {

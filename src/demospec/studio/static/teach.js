@@ -1,5 +1,6 @@
 // Drawing on the Teach page: a stroke is collected here and sent once, on release.
 const NS = "http://www.w3.org/2000/svg";
+const MOST_BYTES = 12 * 1024 * 1024; // as the server has it
 const REACH = 0.1; // of the picture's width: how near a stroke must begin and end
 const $ = (id) => document.getElementById(id);
 const tab = sessionStorage.demospecTab || (sessionStorage.demospecTab = "tab-" + Math.random().toString(36).slice(2, 12));
@@ -162,18 +163,25 @@ function replay() {
 
 async function addPicture(file) {
   if (!file) return;
+  if (file.size > MOST_BYTES) return warn("That picture is larger than 12 MB.");
   const name = encodeURIComponent(file.name.replace(/\.[^.]*$/, "").slice(0, 40));
-  const answer = await fetch("/api/scenes?name=" + name, { method: "POST", body: file, headers: { "Content-Type": "application/octet-stream" } });
-  const document_ = await answer.json();
-  if (answer.ok) send("teach_scene", document_.scene_id); else warn("That picture cannot be used: " + document_.detail);
+  try {
+    const answer = await fetch("/api/scenes?name=" + name, { method: "POST", body: file, headers: { "Content-Type": "application/octet-stream" } });
+    const text = await answer.text();
+    if (answer.ok) return send("teach_scene", JSON.parse(text).scene_id);
+    let why = text;
+    try { why = JSON.parse(text).detail; } catch { /* plain words of the guard */ }
+    warn("That picture cannot be used: " + why);
+  } catch { warn("The picture did not reach the studio. Is it still running?"); }
 }
 
 function start() {
   if (!pen() || !window.did_handshake) return setTimeout(start, 50);
-  const p = pen();
-  p.addEventListener("pointerdown", begin); p.addEventListener("pointermove", move);
-  p.addEventListener("pointerup", end); p.addEventListener("pointercancel", () => { stroke = null; clear("drawing"); });
-  p.addEventListener("blur", cancelCurve);
+  // On the stage, which stays: the pen is made anew where a picture has another size.
+  const stage = $("stage");
+  stage.addEventListener("pointerdown", begin); stage.addEventListener("pointermove", move);
+  stage.addEventListener("pointerup", end); stage.addEventListener("pointercancel", () => { stroke = null; clear("drawing"); });
+  stage.addEventListener("focusout", cancelCurve);
   document.addEventListener("keydown", key);
   $("mark").addEventListener("click", () => mark(!marking));
   $("replay").addEventListener("click", replay);

@@ -1,0 +1,156 @@
+"""What a person at the studio waits for: from the key to the new rings, from the hand to the map.
+
+    python benchmarks/studio.py [--strokes 12] [--drags 12]
+
+A studio in a process of its own, Debian's Chromium beside it on the same machine, simulated
+scenes. Writes benchmarks/results/studio.json: medians and 90 % quantiles, milliseconds of the
+clock, and the machine's load meanwhile (on a busy machine everything waits for the processor).
+
+- stroke: from the end of a stroke to the path drawn by the server
+- verdict: from the key A or R to the sentence and rings that count it (goal: 200)
+- drag: from a move of the control point to the verdict and map of a learned rule (goal: 100)
+- inside: what the server spent of that on its answer
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import platform
+import shutil
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+import urllib.request
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+RESULTS = Path(__file__).parent / "results"
+CLOCK = """
+async ([act, done]) => {
+  const until = new Function("return " + done);
+  const began = performance.now();
+  new Function(act)();
+  for (;;) {
+    if (until()) return performance.now() - began;
+    if (performance.now() - began > 60000) throw new Error("waited a minute for " + done);
+    await new Promise((next) => setTimeout(next, 2));
+  }
+}
+"""
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--strokes", type=int, default=12)
+    parser.add_argument("--drags", type=int, default=12)
+    options = parser.parse_args()
+    from playwright.sync_api import sync_playwright
+
+    with tempfile.TemporaryDirectory() as folder, sync_playwright() as driver:
+        process, address = started(Path(folder) / "taught")
+        try:
+            browser = driver.chromium.launch(
+                executable_path=shutil.which("chromium"), args=["--no-sandbox", "--disable-gpu"]
+            )
+            page = browser.new_page(viewport={"width": 1280, "height": 900})
+            times = taught(page, address, options.strokes)
+            times |= explored(page, address, options.drags)
+            browser.close()
+        finally:
+            process.terminate()
+            process.wait(10)
+    document = {
+        "command": "python " + " ".join(["benchmarks/studio.py", *sys.argv[1:]]),
+        "machine": {
+            "system": platform.system(), "cores": os.cpu_count(),
+            "python": platform.python_version(),
+            "load": [round(v, 1) for v in os.getloadavg()],
+        },
+        "milliseconds": {
+            name: {"n": len(v), "median": round(float(np.median(v)), 1),
+                   "q90": round(float(np.quantile(v, 0.9)), 1)}
+            for name, v in times.items()
+        },
+    }  # fmt: skip
+    text = json.dumps(document, indent=1)
+    (RESULTS / "studio.json").write_text(text + "\n", encoding="utf-8")
+    print(text)
+    return 0
+
+
+def started(out: Path) -> tuple[subprocess.Popen[bytes], str]:
+    with socket.socket() as s:
+        s.bind(("127.0.0.1", 0))
+        port = int(s.getsockname()[1])
+    process = subprocess.Popen(
+        [sys.executable, "-m", "demospec", "studio", "--port", str(port), "--no-browser",
+         "--out", str(out)],
+        stderr=subprocess.DEVNULL,
+    )  # fmt: skip
+    address = f"http://127.0.0.1:{port}"
+    for _ in range(600):
+        try:
+            with urllib.request.urlopen(address + "/studio-static/studio.css", timeout=1):
+                return process, address
+        except OSError:
+            time.sleep(0.1)
+    raise RuntimeError("the studio did not start")
+
+
+def taught(page: Any, address: str, strokes: int) -> dict[str, list[float]]:
+    """Strokes of random bend in all scenes, judged by a distance of 4 px from glasses."""
+    from demospec.demonstrations import bezier_points, simulate_set
+    from demospec.rules import nearest_approach
+
+    data, _ = simulate_set(train_scenes=12, test_scenes=1, demonstrations=1, seed=0)
+    rng = np.random.default_rng(0)
+    page.goto(address + "/teach")
+    page.wait_for_selector("body[data-ready=yes] .counts", timeout=60_000)
+    found: dict[str, list[float]] = {"stroke": [], "verdict": []}
+    for i in range(strokes):
+        scene = data.scenes[i % 12]
+        path = bezier_points(scene.start, scene.goal, rng.uniform(10, 90, (1, 1, 2)), 60)[0]
+        valid = bool(nearest_approach(scene, [path], ("glass",))[0, 0] >= 4)
+        stroke = json.dumps({"scene": scene.scene_id, "points": path.tolist(), "t": None})
+        name = f"drawn-{i + 1:04d}"
+        shown = f"!!document.querySelector('.path.chosen.unsaid[data-id=\"{name}\"]')"
+        found["stroke"].append(
+            page.evaluate(CLOCK, [f"emitEvent('teach_stroke', {stroke})", shown])
+        )
+        key = "accept" if valid else "reject"
+        counted = (
+            "(t => t && t[1] * 1 + t[2] * 1)(document.querySelector('.counts').innerText"
+            f".match(/(\\d+) accepted\\s+(\\d+) rejected/)) === {i + 1}"
+        )
+        found["verdict"].append(page.evaluate(CLOCK, [f"emitEvent('teach_key', '{key}')", counted]))
+        page.wait_for_timeout(1000)  # a person looks before the next stroke
+    return found
+
+
+def explored(page: Any, address: str, drags: int) -> dict[str, list[float]]:
+    """Moves of the control point under the rule that was taught, by the arrow keys."""
+    page.goto(address + "/explore")
+    page.wait_for_selector('#explore[data-ready="yes"]', timeout=60_000)
+    root = "document.querySelector('#explore').dataset"
+    found: dict[str, list[float]] = {"drag": [], "inside": []}
+    for i in range(drags):
+        key = "ArrowLeft" if i % 4 < 2 else "ArrowRight"
+        press = (
+            "window.was = document.querySelector('#explore').dataset.answered;"
+            "document.querySelector('[data-handle=control]').dispatchEvent("
+            f"new KeyboardEvent('keydown', {{key: '{key}', shiftKey: true, bubbles: true}}))"
+        )
+        found["drag"].append(page.evaluate(CLOCK, [press, f"{root}.answered !== window.was"]))
+        found["inside"].append(float(page.evaluate(f"{root}.milliseconds")))
+        page.wait_for_timeout(200)
+    return found
+
+
+if __name__ == "__main__":
+    sys.exit(main())
