@@ -69,6 +69,20 @@ def test_an_absent_set_is_one_line(
     assert "absent" in said
 
 
+def test_simulate_refuses_a_folder_with_other_things_before_it_works(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def worked(*_: object, **__: object) -> None:
+        raise AssertionError("simulated although the result cannot be written")
+
+    monkeypatch.setattr("demospec.demonstrations.simulate_set", worked)
+    (tmp_path / "letter.txt").write_text("mine")
+    with pytest.raises(SystemExit) as stop:
+        main(["simulate", "--out", str(tmp_path)])
+    assert stop.value.code == 2
+    assert len(capsys.readouterr().err.strip().splitlines()) == 1
+
+
 def test_unknown_options_and_commands_are_one_line() -> None:
     for arguments in (["rules", "--nonsense"], ["nonsense"]):
         status, out, error = run(*arguments)

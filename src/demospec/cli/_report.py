@@ -20,7 +20,10 @@ def report(
     ] = False,
     json: Json = False,
 ) -> None:
-    """Write the report of a run as one self-contained HTML page (or as Markdown)."""
+    """Write the report of a run: one self-contained HTML page.
+
+    With --markdown a folder with report.md and its pictures.
+    """
     from demospec.report import build_report, write_html, write_markdown
 
     page = build_report(run)

@@ -24,7 +24,7 @@ def reproduce(
     seed: Seed = 0,
     json: Json = False,
 ) -> None:
-    """Measure every table and figure of the paper again, beside its own numbers.
+    """Measure the paper again: every table and figure beside its own.
 
     Resumes an earlier run. Full: 10 randomisations, up to an hour on two cores.
     """

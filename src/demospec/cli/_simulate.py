@@ -46,13 +46,15 @@ def simulate(
     json: Json = False,
     force: Force = False,
 ) -> None:
-    """Make a demonstration set of simulated demonstrators with known truth.
+    """Make a set of simulated demonstrators whose rule is known.
 
     careful keeps a clearance from every footprint, normal from glasses (workbench: drills)
     only, aggressive from nothing. The truth goes into SET/truth.json, a rule file.
     """
     from demospec.demonstrations import simulate_set, write_set
+    from demospec.files import check_free_folder
 
+    check_free_folder(out, replace=force)  # before the work, not after it
     with progress_bar() as progress:
         data, truth = simulate_set(
             task,
