@@ -94,8 +94,8 @@ def constraint_of(
         raise InputError("a rule to plan with", "none", field=f"types.{of}")
     limit = influence_limit(rule.influence, scene, envelope, symbols=symbols)
     named = {o.id for o in limit.objects}
-    left_out = symbols or {o.symbol for o in listed}
-    silent = tuple(o.id for o in listed if o.id not in named and o.symbol in left_out)
+    asked = symbols or {o.symbol for o in listed}
+    silent = tuple(o.id for o in listed if o.id not in named and o.symbol in asked)
     zones = limit.zones()
     if not limit.settings:
         return Constraint(scene, zones, uninformed=silent)
