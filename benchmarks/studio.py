@@ -9,7 +9,7 @@ clock, and the machine's load meanwhile (on a busy machine everything waits for 
 - stroke: from the end of a stroke to the path drawn by the server
 - verdict: from the key A or R to the sentence and rings that count it (goal: 200)
 - drag: from a move of the control point to the verdict and map of a learned rule (goal: 100)
-- inside: what the server spent of that on its answer
+- inside: what the server waited for of that, by its own clock
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import psutil
 
 RESULTS = Path(__file__).parent / "results"
 CLOCK = """
@@ -59,8 +60,12 @@ def main() -> int:
                 executable_path=shutil.which("chromium"), args=["--no-sandbox", "--disable-gpu"]
             )
             page = browser.new_page(viewport={"width": 1280, "height": 900})
+            server = psutil.Process(process.pid)
+            spent = [cpu_s(server)]
             times = taught(page, address, options.strokes)
+            spent.append(cpu_s(server))
             times |= explored(page, address, options.drags)
+            spent.append(cpu_s(server))
             browser.close()
         finally:
             process.terminate()
@@ -77,11 +82,23 @@ def main() -> int:
                    "q90": round(float(np.quantile(v, 0.9)), 1)}
             for name, v in times.items()
         },
+        "server_cpu_ms": {
+            "a stroke, its verdict and the advice": round(
+                1e3 * (spent[1] - spent[0]) / options.strokes, 1
+            ),
+            "opening Explore, and its drags": round(1e3 * (spent[2] - spent[1]), 1),
+        },
     }  # fmt: skip
     text = json.dumps(document, indent=1)
     (RESULTS / "studio.json").write_text(text + "\n", encoding="utf-8")
     print(text)
     return 0
+
+
+def cpu_s(process: Any) -> float:
+    """Processor seconds so far: what the machine's other work does not change much."""
+    used = process.cpu_times()
+    return float(used.user + used.system)
 
 
 def started(out: Path) -> tuple[subprocess.Popen[bytes], str]:

@@ -44,7 +44,7 @@ def curves(document: Mapping[str, Any]) -> str:
                 )  # fmt: skip
                 parts.append(_line(left, top, most, mine, m))
     keys = "".join(
-        f'<span><i class="m{m % 4}"></i>{escape(str(n))}</span>' for m, n in enumerate(models)
+        f'<span><i class="m{m % 5}"></i>{escape(str(n))}</span>' for m, n in enumerate(models)
     )
     return f'<div class="re-keys">{keys}</div>{"".join(parts)}</svg>'
 
@@ -81,4 +81,4 @@ def _line(left: float, top: float, most: int, points: list[tuple[int, float]], m
         else f'<rect x="{x - 2.8:.1f}" y="{y - 2.8:.1f}" width="5.6" height="5.6"/>'
         for x, y in at
     )  # fmt: skip
-    return f'<g class="m{m % 4} curve"><polyline points="{drawn}"/>{dots}</g>'
+    return f'<g class="m{m % 5} curve"><polyline points="{drawn}"/>{dots}</g>'
