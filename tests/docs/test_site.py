@@ -41,6 +41,17 @@ def test_no_page_loads_anything_from_elsewhere(site: Path) -> None:
         assert found is None, f"{file.name}: {found and found.group(0)}"
 
 
+def test_the_command_line_page_holds_every_command(site: Path) -> None:
+    from demospec.cli._app import COMMANDS
+
+    text = (site / "command-line.html").read_text(encoding="utf-8")
+    written = (ROOT / "docs" / "command-line.md").read_text(encoding="utf-8")
+    for command in COMMANDS:
+        assert f'<h2 id="{command}"' in text
+        assert f"`{command}`" in written
+    assert "--clearance-px" in text
+
+
 def test_the_library_page_holds_signatures(site: Path) -> None:
     text = (site / "api.html").read_text(encoding="utf-8")
     assert "read_set" in text
