@@ -40,7 +40,7 @@ async ([act, done]) => {
   for (;;) {
     if (until()) return performance.now() - began;
     if (performance.now() - began > 60000) throw new Error("waited a minute for " + done);
-    await new Promise((next) => setTimeout(next, 2));
+    await new Promise((next) => setTimeout(next, 10));
   }
 }
 """
