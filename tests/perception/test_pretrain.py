@@ -16,7 +16,15 @@ SMALL = BodySize(8, 8, 8, 4)
 
 
 def tiny(**changes: object) -> PretrainSettings:
-    plain = {"steps": 4, "batch": 2, "pool": 16, "size_px": 40, "body": SMALL, "seed": 3}
+    plain = {
+        "steps": 4,
+        "batch": 2,
+        "pool": 16,
+        "size_px": 40,
+        "body": SMALL,
+        "seed": 3,
+        "judge_pictures": 4,
+    }
     return PretrainSettings(**{**plain, **changes})  # type: ignore[arg-type]
 
 
@@ -72,6 +80,15 @@ def test_going_on_keeps_the_first_recipe(first: Path, tmp_path: Path) -> None:
         pretrain(tmp_path / "x.safetensors", tiny(init=str(first), body=BodySize(16, 8, 8, 4)))
 
 
+def test_no_steps_from_given_weights_fit_the_judge_alone(first: Path, tmp_path: Path) -> None:
+    out = tmp_path / "judged.safetensors"
+    pretrain(out, tiny(init=str(first), steps=0, seed=8))
+    before, after = weights(first), weights(out)
+    assert {k for k in before if (before[k] != after[k]).any()} <= {
+        "judge_center", "judge_scale", "judge_weight", "judge_bias",
+    }  # fmt: skip
+
+
 def test_ctrl_c_leaves_whole_weights(tmp_path: Path) -> None:
     out = tmp_path / "stopped.safetensors"
 
@@ -88,7 +105,8 @@ def test_ctrl_c_leaves_whole_weights(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("field", "value"),
     [("steps", 0), ("batch", 0), ("workers", -1), ("lr", 0.0), ("lr", float("nan")),
-     ("reuse", 0.0), ("clear_share", 1.0), ("size_px", 8), ("average", 1.5)],
+     ("reuse", 0.0), ("clear_share", 1.0), ("rendered", 1.5), ("judge_pictures", 0),
+     ("size_px", 8), ("average", 1.5)],
 )  # fmt: skip
 def test_bad_settings_are_refused(field: str, value: float) -> None:
     with pytest.raises(InputError, match=field):

@@ -13,7 +13,9 @@ from demospec.cli._common import Force, Json, Seed, print_json, progress_bar, sa
 
 def pretrain(
     out: Annotated[Path, typer.Option("--out", help="Weights to write (.safetensors).")],
-    steps: Annotated[int, typer.Option(min=1, help="Optimiser steps.")] = 11_000,
+    steps: Annotated[
+        int, typer.Option(min=0, help="Optimiser steps; 0 with --init: only judge slots anew.")
+    ] = 11_000,
     batch: Annotated[int, typer.Option(min=2, help="Pictures a step.")] = 16,
     workers: Annotated[
         int, typer.Option(min=0, help="Processes that paint pictures beside the training.")
@@ -26,6 +28,12 @@ def pretrain(
     clear_share: Annotated[
         float, typer.Option(help="Share of see-through vessels among the things.")
     ] = 0.17,
+    rendered: Annotated[
+        float, typer.Option(help="Share of pictures of meshes under a lamp; the rest is drawn.")
+    ] = 0.6,
+    bfloat16: Annotated[
+        bool, typer.Option("--bfloat16", help="On processors that compute in it: faster.")
+    ] = False,
     init: Annotated[Path | None, typer.Option("--init", help="Go on from these weights.")] = None,
     checkpoint: Annotated[
         float, typer.Option(min=1, help="Seconds between intermediate weights.")
@@ -52,7 +60,8 @@ def pretrain(
         raise InputError("an existing folder", out.parent, field="--out")
     settings = PretrainSettings(
         steps=steps, batch=batch, seed=seed, reuse=reuse, lr=lr, average=average,
-        clear_share=clear_share, workers=workers, init=None if init is None else str(init),
+        clear_share=clear_share, rendered=rendered, bfloat16=bfloat16, workers=workers,
+        init=None if init is None else str(init),
     )  # fmt: skip
     try:
         with progress_bar() as progress:

@@ -63,11 +63,29 @@ def bezier_points(
     s, g = np.asarray(start, dtype=np.float64), np.asarray(goal, dtype=np.float64)
     if c.ndim == s.ndim:
         c = c[..., None, :]
-    ends, inner = bezier_basis(c.shape[-2] + 1, n)
+    if c.shape[-2] < 1:
+        raise InputError("a Bézier order of at least 2", c.shape[-2] + 1, field="order")
     lead = np.broadcast_shapes(s.shape[:-1], g.shape[:-1], c.shape[:-2])
-    shape = (*lead, s.shape[-1])
-    both = np.stack([np.broadcast_to(s, shape), np.broadcast_to(g, shape)], axis=-2)
-    return np.asarray(ends @ both + inner @ c)
+    every = np.empty((*lead, c.shape[-2] + 2, s.shape[-1]))
+    every[..., 0, :], every[..., 1:-1, :], every[..., -1, :] = s, c, g
+    wide = _wide_basis(c.shape[-2] + 1, n, s.shape[-1])
+    return np.asarray((every.reshape(-1, len(wide)) @ wide).reshape(*lead, n, s.shape[-1]))
+
+
+def control_gradients(slopes: FloatArray, order: int) -> FloatArray:
+    """∂/∂points (…, n, d) of Bézier curves → ∂/∂(inner control points) (…, order − 1, d)."""
+    n, d = slopes.shape[-2:]
+    lead = slopes.shape[:-2]
+    inner = _wide_basis(order, n, d)[d:-d]
+    return np.asarray((slopes.reshape(-1, n * d) @ inner.T).reshape(*lead, order - 1, d))
+
+
+@lru_cache(maxsize=256)
+def _wide_basis(order: int, n: int, d: int) -> FloatArray:
+    """((order + 1)·d, n·d): all coordinates of all points by one matrix product a stack."""
+    wide = np.asarray(np.kron(_uniform_basis(order, n).T, np.eye(d)), np.float64)
+    wide.setflags(write=False)
+    return wide
 
 
 def fit_bezier(points: ArrayLike, order: int = 2, *, refine: int = 20) -> FloatArray:

@@ -178,6 +178,32 @@ def _veins(rng: np.random.Generator, bank: NoiseBank, x: Field, y: Field) -> NDA
     return np.asarray(picture, np.float32)
 
 
+def _contours(rng: np.random.Generator, bank: NoiseBank, x: Field, y: Field) -> NDArray[np.float32]:
+    """Stone whose veins are lines of equal height: wriggling, often closed like an outline."""
+    zoom = float(np.exp(rng.uniform(np.log(0.7), np.log(4.0))))
+    height = bank.cut(rng, x, y, (zoom, zoom * rng.uniform(0.7, 1.4)), int(rng.integers(4, 6)))
+    height = height + rng.uniform(0.1, 0.6) * bank.cut(rng, x, y, (1.5, 1.5), 4)
+    height = height + rng.uniform(0.0, 0.25) * bank.cut(rng, x, y, (3.0, 3.0), 3)
+    cloud = bank.cut(rng, x, y, (1.2, 1.2), 4)
+    colour = random_colour(rng)
+    picture = colour * (
+        1
+        + rng.uniform(0, 0.1) * cloud[..., None]
+        + rng.uniform(0, 0.05) * bank.cut(rng, x, y, (2, 2), 1)[..., None]
+    )
+    gy, gx = np.gradient(height)
+    steep = np.hypot(gx, gy) + 0.01
+    shade = near_colour(rng, colour, 0.05) * rng.uniform(0.3, 1.5)
+    for level in np.quantile(height, rng.uniform(0.03, 0.97, int(rng.integers(1, 5)))):
+        width = rng.uniform(0.3, 1.3)
+        share = np.exp(-(((height - level) / steep / width) ** 2)) * rng.uniform(0.3, 1.0)
+        share = share * np.clip(rng.uniform(0.4, 1.2) + 0.6 * cloud, 0.0, 1.0)
+        picture = _mix(
+            np.asarray(picture, np.float32), np.asarray(shade, np.float32), np.asarray(share)
+        )
+    return np.asarray(picture, np.float32)
+
+
 def _weave(rng: np.random.Generator, bank: NoiseBank, x: Field, y: Field) -> NDArray[np.float32]:
     u, v = _turned(rng, x, y)
     bend = rng.uniform(0, 1.5)
@@ -352,7 +378,21 @@ def uneven_light(rng: np.random.Generator, bank: NoiseBank, x: Field, y: Field) 
     return np.asarray(np.clip(light, 0.25, 1.8), np.float32)
 
 
-_TOPS = (_wood, _wood, _veins, _veins, _weave, _checks, _tiles, _speckle, _cloud, _plain)
+_TOPS = (
+    _wood,
+    _wood,
+    _veins,
+    _veins,
+    _contours,
+    _contours,
+    _contours,
+    _weave,
+    _checks,
+    _tiles,
+    _speckle,
+    _cloud,
+    _plain,
+)
 
 
 def table_top(rng: np.random.Generator, bank: NoiseBank, x: Field, y: Field) -> NDArray[np.float32]:

@@ -36,6 +36,11 @@ class BodySize:
     full: int = 16
 
 
+def measured_count(size: BodySize) -> int:
+    """Length of `Slot.measured`: shape 7, answers 4 and words, paint 9, pooled features."""
+    return 7 + 4 + len(KINDS) + 9 + 2 * size.half + size.eighth
+
+
 class _Conv(nn.Sequential):
     def __init__(self, inputs: int, outputs: int, *, stride: int = 1, dilation: int = 1) -> None:
         super().__init__(
@@ -94,6 +99,12 @@ class Body(nn.Module):
         self.spread = nn.Conv2d(s.half, 4 * s.full, 3, padding=1)
         self.fine = nn.Conv2d(3, s.full, 3, padding=1)
         self.end = nn.Conv2d(s.full, OUTPUTS, 3, padding=1)
+        # The judge of slots (`_judge`) travels with the weights; the forward pass does without.
+        looks, words = measured_count(s), len(KINDS) + 1
+        self.register_buffer("judge_center", torch.zeros(looks))
+        self.register_buffer("judge_scale", torch.ones(looks))
+        self.register_buffer("judge_weight", torch.zeros(words, looks))
+        self.register_buffer("judge_bias", torch.zeros(words))
 
     def forward(self, picture: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         """Answers, features at half resolution, features at eighth resolution."""

@@ -9,21 +9,40 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from demospec.frames import FloatArray
+from demospec.perception._logistic import fit_logistic, standard
 from demospec.perception._results import Float32Array, Sight, Slot
+from demospec.perception._things import KINDS
 from demospec.scene import SceneObject
+
+if TYPE_CHECKING:
+    from demospec.perception._body import BodySize
 
 NOTHING = ""
 """The class of parts that are no thing: a vein or a print taken for one."""
 
-GEOMETRY, NAMED, PAINT = 7, 11, 9
-"""Lengths of the first three groups of `Slot.looks`; pooled features follow."""
+_SURE = 6.0  # log-odds: the judge is not believed beyond that
 
 Indices = NDArray[np.int64]
+
+JUDGED = len(KINDS) + 1
+"""Length of the first group of `Slot.looks`: the judge's log-probabilities, and its log-odds
+that nothing is there."""
+
+POOLED = JUDGED + 7 + 4 + len(KINDS) + 9
+"""Where the pooled features begin: behind shape, the body's answers and paint."""
+
+
+def looks_count(size: BodySize) -> int:
+    """Length of `Slot.looks` of a body of that size."""
+    from demospec.perception._body import measured_count
+
+    return JUDGED + measured_count(size)
 
 
 @dataclass(frozen=True)
@@ -44,8 +63,9 @@ class SymbolHead:
 
     def probabilities(self, looks: NDArray[np.floating]) -> FloatArray:
         """(n, f) → (n, classes)."""
-        z = _standard(np.asarray(looks, np.float64), self.center, self.scale)
-        score = z @ self.weight.T.astype(np.float64) + self.bias
+        x = np.asarray(looks, np.float64)
+        z = _told_apart(x, self.center, self.scale)
+        score = z @ self.weight.T.astype(np.float64) + self.bias + _judged(x, len(self.classes))
         score -= score.max(axis=1, keepdims=True)
         p = np.exp(score)
         return np.asarray(p / p.sum(axis=1, keepdims=True))
@@ -70,8 +90,6 @@ class SymbolHead:
             pooled: Scale of the pooled features beside geometry and named answers, which say
                 more about unseen items.
         """
-        from scipy.optimize import minimize
-
         x = np.asarray(looks, np.float64)
         symbols = tuple(sorted({n for n in names if n != NOTHING}))
         classes = (*symbols, NOTHING)
@@ -79,48 +97,34 @@ class SymbolHead:
         w = np.ones(len(y)) if weight is None else np.asarray(weight, np.float64)
         center = np.average(x, axis=0, weights=w)
         scale = np.sqrt(np.average((x - center) ** 2, axis=0, weights=w)) + 1e-3
-        group = np.ones(x.shape[1])
-        group[GEOMETRY + NAMED :] = pooled
-        scale = scale / group
-        z = _standard(x, center, scale)
-        count, width, height = len(classes), x.shape[1], len(x)
-        target = np.zeros((height, count))
-        target[np.arange(height), y] = 1.0
-        # A look that never occurred keeps a small chance: one pseudo-look for all classes.
-        present = np.bincount(y, weights=w, minlength=count) + 0.3
-        start = np.log(present / present.sum())
-
-        def loss(flat: FloatArray) -> tuple[float, FloatArray]:
-            matrix = flat[: count * width].reshape(count, width)
-            offset = flat[count * width :]
-            score = z @ matrix.T + offset
-            top = score.max(axis=1, keepdims=True)
-            log_sum = top + np.log(np.exp(score - top).sum(axis=1, keepdims=True))
-            p = np.exp(score - log_sum)
-            gap = offset - start
-            value = -(w[:, None] * target * (score - log_sum)).sum()
-            value += 0.5 * ridge * (matrix**2).sum() + 0.5 * (gap**2).sum()
-            slope = w[:, None] * (p - target)
-            grad = np.concatenate([(slope.T @ z + ridge * matrix).ravel(), slope.sum(axis=0) + gap])
-            return float(value), grad
-
-        begin = np.concatenate([np.zeros(count * width), start])
-        done = minimize(loss, begin, jac=True, method="L-BFGS-B", options={"maxiter": 300})
-        matrix = done.x[: count * width].reshape(count, width)
+        scale[POOLED:] /= pooled
+        # Among symbols, one that never occurred keeps a small chance; the judge knows about
+        # nothing, so that its own share starts at no correction.
+        present = np.bincount(y, weights=w, minlength=len(classes))[:-1] + 0.3
+        start = np.append(np.log(present / present.sum()), 0.0)
+        matrix, bias = fit_logistic(
+            _told_apart(x, center, scale), y, w, start, ridge=ridge, offset=_judged(x, len(classes))
+        )
+        f32 = np.float32
         return cls(
-            classes,
-            center.astype(np.float32),
-            scale.astype(np.float32),
-            matrix.astype(np.float32),
-            done.x[count * width :].astype(np.float32),
+            classes, center.astype(f32), scale.astype(f32), matrix.astype(f32), bias.astype(f32)
         )
 
 
-def _standard(
+def _told_apart(
     x: FloatArray, center: NDArray[np.floating], scale: NDArray[np.floating]
 ) -> FloatArray:
-    # Four deviations away is far enough: nothing learned there holds.
-    return np.asarray(np.clip((x - center) / scale, -4.0, 4.0))
+    """Standardised features without the log-odds of nothing, which is no feature but an offset."""
+    z = standard(x, center, scale)
+    z[:, JUDGED - 1] = 0.0
+    return z
+
+
+def _judged(x: FloatArray, classes: int) -> FloatArray:
+    """(n, classes): the judge's log-odds of nothing, for the class `NOTHING`."""
+    offset = np.zeros((len(x), classes))
+    offset[:, -1] = np.clip(x[:, JUDGED - 1], -_SURE, _SURE)
+    return offset
 
 
 def match_slots(

@@ -304,7 +304,7 @@ def _paint_clear(
     return np.asarray(picture * (1 - share) + body * share, np.float32), contents
 
 
-def _finish(rng: np.random.Generator, table: Planes) -> NDArray[np.uint8]:
+def finish(rng: np.random.Generator, table: Planes) -> NDArray[np.uint8]:
     """The camera: exposure, colour cast, tone curve, blur, noise, JPEG."""
     from scipy.ndimage import gaussian_filter
 
@@ -389,7 +389,7 @@ def make_picture(
         distance = np.minimum(distance, own)
     picture = picture * uneven_light(rng, bank, x, y)[..., None]
     planes[0] = np.clip(distance, -DEEP_PX, FAR_PX)
-    return _finish(rng, picture), planes
+    return finish(rng, picture), planes
 
 
 def _place(

@@ -21,9 +21,11 @@ from torch.nn import functional
 
 from demospec.errors import InputError
 from demospec.perception._backgrounds import NoiseBank
-from demospec.perception._body import Body, BodySize, empty_folded
+from demospec.perception._body import Body, BodySize, empty_folded, folded
+from demospec.perception._judge import PICTURES, fit_judge
 from demospec.perception._pictures import make_picture
-from demospec.perception._things import CLEAR_SHARE
+from demospec.perception._rendered import render_picture
+from demospec.perception._things import CLEAR_SHARE, kind_shares
 from demospec.perception._weights import load_body, recipe_of, save_body
 from demospec.progress import Progress, silent
 
@@ -33,7 +35,7 @@ class PretrainSettings:
     """The recipe.
 
     Args:
-        steps: Optimiser steps, ≥ 1.
+        steps: Optimiser steps; 0 with `init`: only the judge of slots is fitted anew.
         batch: Pictures a step.
         seed: Everything random follows from it; the result does not depend on `workers`.
         reuse: How often a generated picture is seen on average.
@@ -42,10 +44,13 @@ class PretrainSettings:
         lr: Peak learning rate of AdamW (one cycle).
         average: Decay of the running average of the weights that is saved.
         clear_share: Share of see-through vessels among the things, in [0, 1).
+        rendered: Share of the pictures that show meshes under a lamp; the others are drawn.
         workers: Processes that paint pictures beside the training; 0 paints in between.
+        judge_pictures: Pictures beside those, whose slots teach the judge of slots.
         init: Weights file to go on from (its own recipe is kept inside the new one); None
             starts from random weights.
-        bfloat16: Train in bfloat16 (saved weights and inference are float32/float16).
+        bfloat16: Train in bfloat16 (saved weights and inference are float32/float16): several
+            times faster where the processor computes in it, several times slower elsewhere.
         body: Channels.
     """
 
@@ -58,13 +63,17 @@ class PretrainSettings:
     lr: float = 2.5e-3
     average: float = 0.998
     clear_share: float = CLEAR_SHARE
+    rendered: float = 0.6
     workers: int = 0
+    judge_pictures: int = PICTURES
     init: str | None = None
-    bfloat16: bool = True
+    bfloat16: bool = False
     body: BodySize = field(default_factory=BodySize)
 
     def __post_init__(self) -> None:
-        for name in ("steps", "batch", "pool", "size_px"):
+        if self.steps < (1 if self.init is None else 0):
+            raise InputError("at least 1 (0 with init)", self.steps, field="steps")
+        for name in ("batch", "pool", "size_px", "judge_pictures"):
             if getattr(self, name) < 1:
                 raise InputError("at least 1", getattr(self, name), field=name)
         if self.workers < 0:
@@ -75,6 +84,8 @@ class PretrainSettings:
             raise InputError("at least 0.1", self.reuse, field="reuse")
         if not 0.0 <= self.clear_share < 1.0:
             raise InputError("a share in [0, 1)", self.clear_share, field="clear_share")
+        if not 0.0 <= self.rendered <= 1.0:
+            raise InputError("a share in [0, 1]", self.rendered, field="rendered")
         if not 0.0 <= self.average < 1.0:
             raise InputError("a decay in [0, 1)", self.average, field="average")
         if not 0.0 < self.lr < 1.0:
@@ -85,7 +96,12 @@ Chunk = tuple[NDArray[np.uint8], NDArray[np.float16]]
 
 
 def paint(
-    seed: int, first: int, count: int, size_px: int, clear_share: float = CLEAR_SHARE
+    seed: int,
+    first: int,
+    count: int,
+    size_px: int,
+    clear_share: float = CLEAR_SHARE,
+    rendered: float = 0.6,
 ) -> Chunk:
     """Pictures number first … first + count − 1 of a seed: (n, s, s, 3) and (n, 7, s, s)."""
     bank = _bank(seed)
@@ -93,7 +109,10 @@ def paint(
     planes = np.empty((count, 7, size_px, size_px), np.float16)
     for i in range(count):
         rng = np.random.default_rng([seed, first + i])
-        pictures[i], planes[i] = make_picture(rng, bank, size_px, clear_share)
+        if rng.random() < rendered:
+            pictures[i], planes[i] = render_picture(rng, bank, size_px, kind_shares(clear_share))
+        else:
+            pictures[i], planes[i] = make_picture(rng, bank, size_px, clear_share)
     return pictures, planes
 
 
@@ -116,9 +135,10 @@ def _let_the_trainer_stop() -> None:
 def _chunks(settings: PretrainSettings, size: int) -> Generator[Chunk]:
     """Endless chunks in order, painted ahead by worker processes where there are any."""
     s, number = settings, 0
+    look = (s.size_px, s.clear_share, s.rendered)
     if settings.workers == 0:
         while True:
-            yield paint(s.seed, number * size, size, s.size_px, s.clear_share)
+            yield paint(s.seed, number * size, size, *look)
             number += 1
     import multiprocessing
 
@@ -129,9 +149,7 @@ def _chunks(settings: PretrainSettings, size: int) -> Generator[Chunk]:
         ahead: list[Future[Chunk]] = []
         while True:
             while len(ahead) < 3 * settings.workers:
-                ahead.append(
-                    workers.submit(paint, s.seed, number * size, size, s.size_px, s.clear_share)
-                )
+                ahead.append(workers.submit(paint, s.seed, number * size, size, *look))
                 number += 1
             yield ahead.pop(0).result()
 
@@ -183,7 +201,7 @@ def answers_loss(answers: Tensor, planes: Tensor) -> tuple[Tensor, dict[str, flo
     )
     clear, filled = (mask * clear).sum() / count, (mask * filled).sum() / count
     which = functional.cross_entropy(answers[:, 5:], kind, ignore_index=-1, reduction="sum") / count
-    loss = far + 0.15 * thickness + 0.1 * clear + 0.1 * filled + 0.15 * height + 0.12 * which
+    loss = far + 0.15 * thickness + 0.1 * clear + 0.1 * filled + 0.2 * height + 0.2 * which
     near = (distance.abs() < 6).float()
     shown = {
         "near": float((near * miss).sum().detach() / near.sum().clamp(min=1)),
@@ -235,7 +253,11 @@ def pretrain(
                                     {"params": plain, "weight_decay": 0.0}]  # fmt: skip
     optimizer = torch.optim.AdamW(groups, lr=settings.lr)
     schedule = torch.optim.lr_scheduler.OneCycleLR(
-        optimizer, settings.lr, total_steps=settings.steps, pct_start=0.08, final_div_factor=200
+        optimizer,
+        settings.lr,
+        total_steps=max(settings.steps, 1),
+        pct_start=0.08,
+        final_div_factor=200,
     )
     size = 32
     chunks = _chunks(settings, size)
@@ -248,7 +270,7 @@ def pretrain(
     shown: dict[str, float] = {}
     began = saved = time.monotonic()
 
-    def keep(steps_done: int) -> dict[str, Any]:
+    def keep(steps_done: int, *, judged: bool = False) -> dict[str, Any]:
         recipe = {
             "settings": asdict(settings),
             "command": command,
@@ -260,6 +282,10 @@ def pretrain(
         }
         smooth = Body(settings.body) if began_from is None else empty_folded(settings.body)
         smooth.load_state_dict(average)
+        if judged:
+            smooth = folded(smooth)
+            fit_judge(smooth, settings.seed, rendered=settings.rendered, progress=progress,
+                      pictures=settings.judge_pictures, size_px=settings.size_px)  # fmt: skip
         save_body(out, smooth, recipe)
         return recipe
 
@@ -311,4 +337,4 @@ def pretrain(
         raise
     finally:
         chunks.close()
-    return keep(settings.steps)
+    return keep(settings.steps, judged=True)

@@ -29,7 +29,9 @@ class Slot:
         confidence: In (0, 1): how sure the body is that a thing is there (not what it is).
         kind: Generic word for what it looks like.
         kinds: Probability of every generic word, in the order of `KINDS`.
-        looks: Features for telling symbols apart, see `LOOKS`.
+        measured: Features: shape, the body's answers, paint, pooled features (`_looks`).
+        judged: (8,) what the judge makes of them: log-probability of every generic word if a
+            thing is there, and the log-odds that nothing is.
         distance: (h, w) signed distance to this slot alone on the body's grid, in the
             picture's pixels.
         touches_edge: Whether it is cut by the picture's edge.
@@ -45,9 +47,15 @@ class Slot:
     confidence: float
     kind: str
     kinds: FloatArray
-    looks: Float32Array
+    measured: Float32Array
+    judged: Float32Array
     distance: Float32Array
     touches_edge: bool
+
+    @property
+    def looks(self) -> Float32Array:
+        """Features for telling symbols apart: `judged`, then `measured`."""
+        return np.concatenate([self.judged, self.measured])
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from demospec.perception._judge import SlotJudge
 from demospec.perception._results import Float32Array, Sight
 from demospec.perception._slots import find_slots
 from demospec.perception._weights import load_body
@@ -115,5 +116,5 @@ def look(
         total += turned_back(more, turn)
     total /= 1 + len(others)
     per_pixel = float(np.sqrt(size[0] / grid[0] * size[1] / grid[1]))
-    slots = find_slots(total, features, context, planes, size)
+    slots = find_slots(total, features, context, planes, size, SlotJudge.of(body))
     return Sight(size, grid, total[0] * np.float32(per_pixel), total, features, context, slots)

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from demospec.frames import FloatArray
+from demospec.perception._judge import SlotJudge
 from demospec.perception._results import Float32Array, Slot
 from demospec.perception._shapes import distance_from_level
 from demospec.perception._things import KINDS
@@ -27,6 +28,7 @@ def find_slots(
     context: Float32Array,
     planes: Float32Array,
     size_px: tuple[int, int],
+    judge: SlotJudge,
 ) -> tuple[Slot, ...]:
     """The things in one picture, largest first.
 
@@ -36,6 +38,7 @@ def find_slots(
         context: (c', h'', w'') at an eighth.
         planes: (3, h, w) the picture, [0, 1].
         size_px: (width, height) of the picture itself.
+        judge: Says whether a thing is there, and what it looks like.
     """
     from scipy.ndimage import distance_transform_edt, label
 
@@ -57,7 +60,7 @@ def find_slots(
     wide = _to_full(features, distance.shape)
     deep = _to_full(context, distance.shape)
     return tuple(
-        _measured(mask, owner == number, answers, wide, deep, planes, size_px)
+        _measured(mask, owner == number, answers, wide, deep, planes, size_px, judge)
         for number, mask in enumerate(keep, 1)
     )
 
@@ -81,6 +84,7 @@ def _measured(
     context: Float32Array,
     planes: Float32Array,
     size_px: tuple[int, int],
+    judge: SlotJudge,
 ) -> Slot:
     height, width = mask.shape
     sx, sy = size_px[0] / width, size_px[1] / height
@@ -116,10 +120,12 @@ def _measured(
     table = planes[:, around].mean(axis=1) if around.any() else colour.mean(axis=1)
     paint = [*colour.mean(axis=1), *colour.std(axis=1), *(colour.mean(axis=1) - table)]
     named = [*inside[1:5].mean(axis=1), *np.log(kinds + 1e-3)]
-    looks = np.concatenate(
+    measured = np.concatenate(
         [shape, named, paint, features[:, mask].mean(axis=1), features[:, mask].std(axis=1),
          context[:, mask].mean(axis=1)]
-    )  # fmt: skip
+    ).astype(np.float32)  # fmt: skip
+    judged = judge.judged(measured)
+    words = np.exp(judged[:-1].astype(np.float64))
     return Slot(
         center=(cx * sx, cy * sy),
         bbox=(float(low[0]), float(low[1]), float(high[0] - low[0]), float(high[1] - low[1])),
@@ -128,10 +134,11 @@ def _measured(
         thickness_px=thickness * unit,
         elongation=elongation,
         clear=clear,
-        confidence=min(0.999, float(1 - np.exp(-depth * np.sqrt(total) / 6.0))),
-        kind=KINDS[int(kinds.argmax())],
-        kinds=kinds,
-        looks=looks.astype(np.float32),
+        confidence=float(np.clip(1 / (1 + np.exp(np.float64(judged[-1]))), 0.001, 0.999)),
+        kind=KINDS[int(words.argmax())],
+        kinds=words / words.sum(),
+        measured=measured,
+        judged=judged,
         distance=own * np.float32(unit),
         touches_edge=edge,
     )

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from demospec.frames import FloatArray
 from demospec.perception import _shapes as shapes
 from demospec.perception._shapes import Field
 
@@ -337,14 +338,20 @@ CLEAR_SHARE = 0.17
 _SHARES = np.array([0.17, 0.2, CLEAR_SHARE, 0.2, 0.1, 0.08, 0.08])
 
 
+def kind_shares(clear_share: float = CLEAR_SHARE) -> FloatArray:
+    """How often each of the `KINDS` is drawn, (7,)."""
+    if clear_share == CLEAR_SHARE:
+        return _SHARES
+    shares = _SHARES * ((1.0 - clear_share) / (1.0 - CLEAR_SHARE))
+    shares[2] = clear_share
+    return np.asarray(shares)
+
+
 def make_thing(
     rng: np.random.Generator, x: Field, y: Field, clear_share: float = CLEAR_SHARE
 ) -> Thing:
     """A random thing about the origin of (x, y), turned at random."""
-    shares = _SHARES
-    if clear_share != CLEAR_SHARE:
-        shares = _SHARES * ((1.0 - clear_share) / (1.0 - CLEAR_SHARE))
-        shares[2] = clear_share
+    shares = kind_shares(clear_share)
     angle = rng.uniform(0, 2 * np.pi)
     c, s = np.float32(np.cos(angle)), np.float32(np.sin(angle))
     u, v = x * c + y * s, y * c - x * s

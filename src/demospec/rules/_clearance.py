@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from demospec.errors import InputError
 from demospec.frames import FloatArray
+from demospec.rules._clearance_company import in_company
 from demospec.rules._clearance_distance import Distance
 from demospec.rules._clearance_evidence import (
     SLOPE,
@@ -104,6 +105,7 @@ def fit_clearance(
     reach: float | None = None,
     unit: float = 1.0,
     distance: Distance = "footprint",
+    others: Sequence[ClearanceFit] = (),
 ) -> ClearanceFit:
     """Which classes matter and how far, from nearest approaches and labels.
 
@@ -118,6 +120,9 @@ def fit_clearance(
         reach: Largest clearance thought possible; by default just beyond the largest distance.
         unit: Size of a hundredth of the table in set units: the scale of distance errors.
         distance: What the distances were measured to; goes into the rule.
+        others: Fits of other people at the same tables, who may keep about the same clearance
+            (`in_company`); they move the posterior and the point answer within the ends that
+            this person's own demonstrations set.
 
     Raises:
         InputError: Shapes that do not fit, NaN, no demonstration, a symbol twice.
@@ -132,6 +137,8 @@ def fit_clearance(
     prior = ClearancePrior(floor, top, spread)
     members, exact = likely_subsets(d, ok, prior, table, log(INCLUSION))
     particles = posterior(d, ok, members, prior, table, sharing, unit)
+    if others:
+        particles = in_company(particles, [o.particles for o in others], prior, unit)
     return _answer(d, ok, names, particles, floor, distance, exact)
 
 

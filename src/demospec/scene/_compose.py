@@ -19,7 +19,7 @@ from demospec.frames import FloatArray
 from demospec.scene._catalogue import CatalogueItem, load_catalogue, snap_angle
 from demospec.scene._light import Light, colour, falloff, on_pixels, shaded, shadow
 from demospec.scene._render_key import render_of
-from demospec.scene._sprites import SAMPLES
+from demospec.scene._sprites import SAMPLES, Sprite
 from demospec.scene._tables import table_albedo
 from demospec.scene._types import Image, Picture, Scene, SceneObject
 
@@ -169,6 +169,25 @@ class Stamp:
         metres_per_px: float,
     ) -> Stamp:
         sprite = item.sprite(angle_rad, 1.0 / metres_per_px)
+        scale = TABLE_M / metres_per_px / 100.0
+        return cls.at(sprite, center, light, metres_per_px, scale)[0]
+
+    @classmethod
+    def at(
+        cls,
+        sprite: Sprite,
+        center: tuple[float, float],
+        light: Light,
+        unit_per_px: float,
+        scale: float,
+    ) -> tuple[Stamp, tuple[float, float]]:
+        """A sprite lit at a place, and the place: centres are snapped to 1 / SAMPLES pixel.
+
+        Args:
+            sprite: Drawn at this picture's scale.
+            unit_per_px: Units of the sprite's heights per pixel.
+            scale: Pixels at this picture size per pixel at 100.
+        """
         at = np.round(np.asarray(center) * SAMPLES).astype(int)
         first = at - np.asarray(sprite.half_px) * SAMPLES
         corner = first // SAMPLES
@@ -176,17 +195,17 @@ class Stamp:
         through = on_pixels(sprite.through, 1.0, phase)
         height = on_pixels(sprite.height, 0.0, phase)
         cover = on_pixels(sprite.cover, 0.0, phase)
-        height = np.where(cover > 0, height / np.maximum(cover, 1e-6), 0.0) / metres_per_px
-        scale = TABLE_M / metres_per_px / 100.0
+        height = np.where(cover > 0, height / np.maximum(cover, 1e-6), 0.0) / unit_per_px
         occluded, margin = shadow(1.0 - through.mean(axis=2), height, light, scale)
         dark = 1.0 - (1.0 - light["ambient"]) * 0.9 * occluded
-        return cls(
+        stamp = cls(
             (int(corner[0]), int(corner[1])),
             through,
             on_pixels(shaded(sprite, light), 0.0, phase),
             dark[..., None],
             margin,
         )
+        return stamp, (float(at[0]) / SAMPLES, float(at[1]) / SAMPLES)
 
     @property
     def window(self) -> tuple[int, int, int, int]:

@@ -13,15 +13,15 @@ RESOLUTION = 480
 """Samples along the longer side of the box in which the union is found."""
 
 
-def outline(mesh: Mesh) -> FloatArray:
+def outline(mesh: Mesh, resolution: int = RESOLUTION) -> FloatArray:
     """(k, 2) outer outline of the union of all projected triangles, item frame, metres.
 
-    The union is found on a fine grid (the longer side has `RESOLUTION` samples), traced along
+    The union is found on a fine grid (the longer side has `resolution` samples), traced along
     the boundary of its largest connected part, and thinned so that no removed corner was
     further than 0.7 samples from the new outline. Holes (the ring of a handle) count as inside.
     """
     span = float((mesh.vertices[:, :2].max(axis=0) - mesh.vertices[:, :2].min(axis=0)).max())
-    per_metre = RESOLUTION / span
+    per_metre = resolution / span
     inside, half = coverage(mesh, per_metre)
     loop = _boundary(inside)
     xy = (_midpoints(loop) - half) / per_metre

@@ -12,7 +12,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from demospec.demonstrations import DifferentiableView, View, bezier_basis, bezier_points
+from demospec.demonstrations import DifferentiableView, View, bezier_points, control_gradients
 from demospec.errors import InputError
 from demospec.frames import FloatArray
 from demospec.scene import Scene
@@ -115,12 +115,11 @@ class ControlPlane:
             return self._direct.control_logits_and_gradients(controls, type)
         if isinstance(self.view, DifferentiableView):
             paths = self.paths(controls)
-            _, inner = bezier_basis(self.order, self.points)
             try:
                 logits, slopes = self.view.logits_and_gradients(paths, type)
             except InputError:  # a rule that only counts: the differences say more than nothing
                 return self._finite_differences(controls, type)
-            return logits, np.asarray(inner.T @ slopes)
+            return logits, control_gradients(slopes, self.order)
         return self._finite_differences(controls, type)
 
     def _finite_differences(self, controls: FloatArray, type: str) -> tuple[FloatArray, FloatArray]:

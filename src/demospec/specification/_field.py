@@ -253,6 +253,7 @@ class FieldModel:
         if body_size is not None:
             import torch
 
+            from demospec.perception._looks import looks_count
             from demospec.perception._weights import body_from, need_torch
 
             need_torch("a field model")
@@ -262,6 +263,11 @@ class FieldModel:
                 if key.startswith("body.")
             }
             body = body_from(state, body_size, file=file)
+            if head is not None and len(head.center) != looks_count(body.size):
+                raise InputError(
+                    f"a head on {looks_count(body.size)} features (fit the model anew)",
+                    len(head.center), file=file, field="head.center",
+                )  # fmt: skip
         return cls(
             rules, classes, head, calibration, scale, body, settings, dict(stored.provenance)
         )

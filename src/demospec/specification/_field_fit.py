@@ -13,7 +13,7 @@ from demospec.frames import FloatArray
 from demospec.perception import KINDS, Sight, SymbolHead, read_map
 from demospec.perception._looks import NOTHING, match_slots
 from demospec.progress import Progress, silent
-from demospec.rules import nearest_approach
+from demospec.rules import fit_clearance, nearest_approach
 from demospec.scene import Scene
 from demospec.specification._field_rule import FieldRule
 from demospec.specification._field_sight import Calibration, nearest_in_parts, seen_parts, sight_of
@@ -208,9 +208,9 @@ def fit_rules(
     nearest = np.full((len(d), len(names)), np.inf)
     known = np.zeros(len(d), dtype=bool)
     sights = {item.scene.scene_id: item.sight for item in looked}
-    labelled = set(rows.tolist())
+    wanted = set(rows.tolist())
     for scene_id, all_rows in data.rows_by_scene().items():
-        mine = [int(i) for i in all_rows if int(i) in labelled]
+        mine = [int(i) for i in all_rows if int(i) in wanted]
         scene = data.scene(scene_id)
         if not mine:
             continue
@@ -227,13 +227,16 @@ def fit_rules(
     spans = [max(s.size_px) for s in data.scenes if s.size_px is not None]
     finite = np.abs(nearest[np.isfinite(nearest)])
     unit = float(np.median(spans)) / 100.0 if spans else float(finite.max(initial=1.0)) / 100.0
-    rules = {}
+    shown = {}
     for type_ in types:
-        mine_mask = known & (d.type == type_) & (d.valid >= 0)
-        chosen = np.flatnonzero(mine_mask)
-        if len(chosen) == 0:
-            continue
-        rules[type_] = FieldRule.fit(nearest[chosen], d.valid[chosen] == 1, names, unit)
+        chosen = np.flatnonzero(known & (d.type == type_) & (d.valid >= 0))
+        if len(chosen):
+            shown[type_] = (nearest[chosen], d.valid[chosen] == 1)
+    alone = {t: fit_clearance(*labelled, names, unit=unit) for t, labelled in shown.items()}
+    rules = {}
+    for type_, labelled in shown.items():
+        others = [fit for t, fit in alone.items() if t != type_]
+        rules[type_] = FieldRule.fit(*labelled, names, unit, others)
     return rules, names
 
 

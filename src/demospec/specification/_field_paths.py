@@ -71,81 +71,70 @@ class LogitMap:
     def _in_blocks(
         self, paths: NDArray[Any], *, slopes: bool = False
     ) -> tuple[FloatArray, FloatArray]:
-        """Logits, and gradients if asked, of (n, m, 2), n, m ≥ 1.
-
-        Blocks of paths stay in the processor's cache; in each, paths whose segments must be cut
-        into equally many pieces go together.
-        """
+        """Logits, and gradients if asked, of (n, m, 2), n, m ≥ 1; blocks bound the memory."""
         import torch
 
         count, corners = paths.shape[:2]
         rows = max(1, _BLOCK // corners)
         out = np.empty(count)
         gradient = np.empty((count, corners, 2) if slopes else (0, 0, 2))
-        frame = np.array(self.size)[:, None, None] / 2.0
+        # grid_sample's own frame: −1 and 1 are the outer edges of the picture.
+        frame = 2.0 / np.array(self.size)
+        # One factor for both axes where they agree: a product along the last axis is slow.
+        same = frame[0] == frame[1]
+        to_frame: Any = float(frame[0]) if same else torch.from_numpy(frame.astype(np.float32))
         for low in range(0, count, rows):
-            part = paths[low : low + rows]
-            # grid_sample's own frame: −1 and 1 are the outer edges of the picture. x and y apart.
-            plane = np.empty((2, len(part), corners), np.float32)
-            for axis in (0, 1):
-                np.multiply(part[..., axis], 1.0 / frame[axis, 0, 0], out=plane[axis])
-            plane -= np.float32(1.0)
-            lengths = self._lengths(torch.from_numpy(plane))
-            pieces = _pieces(lengths)
-            for number in np.unique(pieces):
-                chosen = np.flatnonzero(pieces == number)
-                every = len(chosen) == len(part)
-                p = torch.from_numpy(plane if every else plane[:, chosen])
-                p.requires_grad_(slopes)
-                with torch.set_grad_enabled(slopes):
-                    known = None if slopes else lengths if every else lengths[chosen]
-                    level = self._stacked(p, int(number), known)
-                out[low + chosen] = level.detach().numpy()
-                if slopes:
-                    (slope,) = torch.autograd.grad(level.sum(), p)
-                    gradient[low + chosen] = (slope.numpy() / frame).transpose(1, 2, 0)
+            part = np.ascontiguousarray(paths[low : low + rows], np.float32)
+            p = torch.from_numpy(part).mul(to_frame).sub_(1.0).requires_grad_(slopes)
+            with torch.set_grad_enabled(slopes):
+                level = self._stacked(p)
+            out[low : low + rows] = level.detach().numpy()
+            if slopes:
+                (slope,) = torch.autograd.grad(level.sum(), p)
+                np.multiply(slope.numpy(), frame, out=gradient[low : low + rows])
         if not np.isfinite(out).all():
             raise InputError("finite numbers", "NaN or infinity", field="paths")
         return out, gradient
 
-    def _lengths(self, p: Tensor) -> Tensor:
-        """(2, n, m) → (n, m − 1) map pixels."""
-        height, width = self.values.shape
-        dx = (p[0, :, 1:] - p[0, :, :-1]) * (width / 2.0)
-        dy = (p[1, :, 1:] - p[1, :, :-1]) * (height / 2.0)
-        # A segment without length has no slope; the tiny term keeps its gradient finite.
-        lengths: Tensor = (dx.square() + dy.square() + 1e-12).sqrt()
-        return lengths
-
-    def _stacked(self, p: Tensor, pieces: int, lengths: Tensor | None) -> Tensor:
-        """(2, n, m) → (n,), every segment cut into `pieces`; `lengths` of the whole segments."""
+    def _stacked(self, p: Tensor) -> Tensor:
+        """(n, m, 2) in grid_sample's frame → (n,)."""
         import torch
 
-        if p.shape[2] == 1:
-            return self._read(p)[:, 0] - TEMPERATURE * float(np.log(_POINT))
-        if pieces > 1:
-            t = (torch.arange(pieces, dtype=p.dtype) / pieces)[None, None, None]
-            cut = p[:, :, :-1, None] * (1 - t) + p[:, :, 1:, None] * t
-            p = torch.cat([cut.flatten(2, 3), p[:, :, -1:]], dim=2)
-            lengths = None
-        if lengths is None:
-            lengths = self._lengths(p)
         level = self._read(p)
-        lowest = level.detach().amin(dim=1, keepdim=True)
-        share = torch.exp((lowest - level) * (1.0 / TEMPERATURE))
-        # Trapezium rule: half of each segment's length belongs to either end.
-        mass = (share[:, 1:] + share[:, :-1]) * lengths
-        total = _POINT + mass.sum(dim=1) * (0.5 / STRETCH_PX)
-        return lowest[:, 0] - TEMPERATURE * torch.log(total)
+        lowest = level.detach().amin(dim=1)
+        if p.shape[1] == 1:
+            return level[:, 0] - TEMPERATURE * float(np.log(_POINT))
+        lengths = self._lengths(p)
+        cut = _Cuts.of(p, lengths.detach())
+        between = None if cut is None else self._read(cut.places[None])[0]
+        if cut is not None and between is not None:
+            lowest = lowest.scatter_reduce(0, cut.path, between.detach(), "amin")
+            lengths = lengths / cut.pieces
+        share = torch.exp((lowest[:, None] - level) * (1.0 / TEMPERATURE))
+        # Trapezium rule: half of each piece's length belongs to either end.
+        mass = ((share[:, 1:] + share[:, :-1]) * lengths).sum(dim=1)
+        if cut is not None and between is not None:
+            more = torch.exp((lowest[cut.path] - between) * (1.0 / TEMPERATURE))
+            mass = mass.index_add(0, cut.path, 2.0 * more * lengths[cut.path, cut.segment])
+        return lowest - TEMPERATURE * torch.log(_POINT + mass * (0.5 / STRETCH_PX))
+
+    def _lengths(self, p: Tensor) -> Tensor:
+        """(n, m, 2) → (n, m − 1) map pixels."""
+        height, width = self.values.shape
+        step = p[:, 1:] - p[:, :-1]
+        square = step * step
+        # A segment without length has no slope; the tiny term keeps its gradient finite.
+        flat = square[..., 0] + square[..., 1] * (height / width) ** 2 + 1e-14
+        lengths: Tensor = flat.sqrt() * (width / 2.0)
+        return lengths
 
     def _read(self, p: Tensor) -> Tensor:
-        """(2, n, m) → (n, m), bilinear."""
+        """(n, m, 2) → (n, m), bilinear."""
         from torch.nn import functional
 
         read = functional.grid_sample(
-            self._tensor, p.permute(1, 2, 0)[None], mode="bilinear", padding_mode="border",
-            align_corners=False,
-        )  # fmt: skip
+            self._tensor, p[None], mode="bilinear", padding_mode="border", align_corners=False
+        )
         along: Tensor = read[0, 0]
         return along
 
@@ -171,12 +160,38 @@ class LogitMap:
         return out
 
 
-def _pieces(lengths: Tensor) -> NDArray[np.int64]:
-    """(n, m − 1) → (n,) into how many a path's segments are cut, by its longest."""
-    if lengths.shape[1] == 0:
-        return np.ones(len(lengths), np.int64)
-    needed = np.ceil(np.nan_to_num(lengths.amax(dim=1).numpy()) / _SPACING)
-    return np.asarray(np.clip(needed, 1, 512), np.int64)
+@dataclass(frozen=True)
+class _Cuts:
+    """Places inside segments that are longer than `_SPACING`, evenly spread over each.
+
+    Args:
+        pieces: (n, m − 1) into how many every segment is cut.
+        path, segment: (k,) where each place belongs.
+        places: (k, 2).
+    """
+
+    pieces: Tensor
+    path: Tensor
+    segment: Tensor
+    places: Tensor
+
+    @classmethod
+    def of(cls, p: Tensor, lengths: Tensor) -> _Cuts | None:
+        """Those of paths (n, m, 2); None where no segment is long."""
+        import torch
+
+        path, segment = torch.nonzero(lengths > _SPACING, as_tuple=True)
+        if len(path) == 0:
+            return None
+        number = torch.ceil(lengths[path, segment] / _SPACING).nan_to_num(1.0).clamp(1, 512).long()
+        pieces = torch.ones_like(lengths)
+        pieces[path, segment] = number.to(pieces.dtype)
+        of = torch.repeat_interleave(torch.arange(len(path)), number - 1)
+        first = torch.cumsum(number - 1, 0) - (number - 1)
+        t = (torch.arange(len(of)) - first[of] + 1) / number[of]
+        path, segment = path[of], segment[of]
+        start, end = p[path, segment], p[path, segment + 1]
+        return cls(pieces, path, segment, start + (end - start) * t[:, None])
 
 
 def _checked(paths: NDArray[Any]) -> NDArray[Any]:

@@ -37,14 +37,20 @@ class FieldRule:
 
     @classmethod
     def fit(
-        cls, nearest: FloatArray, valid: FloatArray, symbols: Sequence[str], unit: float
+        cls,
+        nearest: FloatArray,
+        valid: FloatArray,
+        symbols: Sequence[str],
+        unit: float,
+        others: Sequence[ClearanceFit] = (),
     ) -> FieldRule:
         """From exact nearest approaches (n, K) and labels; see `demospec.rules.fit_clearance`.
 
         Args:
             unit: A hundredth of the table, set units.
+            others: What is known of the other types.
         """
-        found = fit_clearance(nearest, valid, symbols, unit=unit)
+        found = fit_clearance(nearest, valid, symbols, unit=unit, others=others)
         if not _explains(found, nearest, valid):
             # Labels that no choice of classes explains better than chance: nothing is known.
             nothing = dict.fromkeys(symbols, 0.0)
