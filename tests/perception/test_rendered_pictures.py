@@ -94,5 +94,6 @@ def test_the_shipped_judge_tells_things_from_nothing() -> None:
     assert len(things) > 100
     assert np.mean(np.array(things) > 0.5) > 0.9
     assert np.mean(right) > 0.5  # chance is 1 in 7
-    if len(nothing) >= 5:
-        assert np.mean(nothing) < np.mean(things) - 0.3
+    # What is left of nothing by the body is hard: most things must be surer than most of it.
+    assert nothing
+    assert np.mean(np.array(things)[:, None] > np.array(nothing)) > 0.75

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from demospec.perception._judge import SlotJudge
 from demospec.perception._slots import find_slots
 
 
@@ -13,7 +14,10 @@ def test_distance_to_one_thing_is_right_over_another():
     answers[0] = np.minimum(first, second)
     features, context = np.zeros((4, 52, 52), np.float32), np.zeros((4, 13, 13), np.float32)
     planes = np.full((3, 100, 100), 0.5, np.float32)
-    slots = find_slots(answers, features, context, planes, (100, 100))
+    looks, words = 7 + 4 + 7 + 9 + 3 * 4, 8
+    one, none = np.ones(looks, np.float32), np.zeros((words, looks), np.float32)
+    neutral = SlotJudge(none[0], one, none, none[:, 0])
+    slots = find_slots(answers, features, context, planes, (100, 100), neutral)
     assert len(slots) == 2
     for slot, exact in zip(slots, (first, second), strict=True):
         assert np.abs(slot.distance - exact).max() < 0.5

@@ -115,7 +115,7 @@ def fit_judge(
         some, planes = paint(2_000_000 + seed, first, min(10, pictures - first), size_px,
                              rendered=rendered)  # fmt: skip
         for picture, truth in zip(some, planes, strict=True):
-            for slot in look(picture, body=body).slots:
+            for slot in look(picture, body=body, scale=1.0).slots:
                 what = owner_in(truth, slot)
                 if what is not None:
                     looks.append(slot.measured)
