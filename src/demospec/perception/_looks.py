@@ -34,8 +34,13 @@ JUDGED = len(KINDS) + 1
 """Length of the first group of `Slot.looks`: the judge's log-probabilities, and its log-odds
 that nothing is there."""
 
-POOLED = JUDGED + 7 + 4 + len(KINDS) + 9
-"""Where the pooled features begin: behind shape, the body's answers and paint."""
+SHAPE = 7
+_GROUPS = ((JUDGED, 1.0), (SHAPE, 3.0), (4 + len(KINDS), 1.0), (9, 0.3))
+"""Length and scale of the groups before the pooled features: the judge, shape, the body's
+answers, paint. Size and shape say most about unseen items, paint the least: chosen on
+development seeds 1 to 6, where glasses told apart rose from 92 to 96 % (`builtin`)."""
+
+_POOLED = 0.2  # scale of the pooled features
 
 
 def looks_count(size: BodySize) -> int:
@@ -52,7 +57,8 @@ class SymbolHead:
     Args:
         classes: Symbols, and `NOTHING` last.
         center, scale: Standardisation, (f,).
-        weight, bias: (classes, f), (classes,).
+        weight, bias: (classes, f + 7), (classes,): behind the features the squares of shape,
+            so that a class may lie between two others.
     """
 
     classes: tuple[str, ...]
@@ -64,7 +70,7 @@ class SymbolHead:
     def probabilities(self, looks: NDArray[np.floating]) -> FloatArray:
         """(n, f) → (n, classes)."""
         x = np.asarray(looks, np.float64)
-        z = _told_apart(x, self.center, self.scale)
+        z = _weighed(x, self.center, self.scale)
         score = z @ self.weight.T.astype(np.float64) + self.bias + _judged(x, len(self.classes))
         score -= score.max(axis=1, keepdims=True)
         p = np.exp(score)
@@ -78,7 +84,6 @@ class SymbolHead:
         weight: NDArray[np.floating] | None = None,
         *,
         ridge: float = 3.0,
-        pooled: float = 0.35,
     ) -> SymbolHead:
         """Maximum a posteriori of a multinomial logistic regression.
 
@@ -87,8 +92,6 @@ class SymbolHead:
             names: (n,) symbols, or `NOTHING`.
             weight: (n,) how much each look counts; ones by default.
             ridge: Precision of the prior on every weight.
-            pooled: Scale of the pooled features beside geometry and named answers, which say
-                more about unseen items.
         """
         x = np.asarray(looks, np.float64)
         symbols = tuple(sorted({n for n in names if n != NOTHING}))
@@ -97,13 +100,12 @@ class SymbolHead:
         w = np.ones(len(y)) if weight is None else np.asarray(weight, np.float64)
         center = np.average(x, axis=0, weights=w)
         scale = np.sqrt(np.average((x - center) ** 2, axis=0, weights=w)) + 1e-3
-        scale[POOLED:] /= pooled
         # Among symbols, one that never occurred keeps a small chance; the judge knows about
         # nothing, so that its own share starts at no correction.
         present = np.bincount(y, weights=w, minlength=len(classes))[:-1] + 0.3
         start = np.append(np.log(present / present.sum()), 0.0)
         matrix, bias = fit_logistic(
-            _told_apart(x, center, scale), y, w, start, ridge=ridge, offset=_judged(x, len(classes))
+            _weighed(x, center, scale), y, w, start, ridge=ridge, offset=_judged(x, len(classes))
         )
         f32 = np.float32
         return cls(
@@ -111,13 +113,22 @@ class SymbolHead:
         )
 
 
-def _told_apart(
+def _weighed(
     x: FloatArray, center: NDArray[np.floating], scale: NDArray[np.floating]
 ) -> FloatArray:
-    """Standardised features without the log-odds of nothing, which is no feature but an offset."""
+    """Standardised features, each group on its scale, and the squares of shape.
+
+    The log-odds of nothing are no feature but an offset.
+    """
     z = standard(x, center, scale)
+    square = z[:, JUDGED : JUDGED + SHAPE] ** 2 - 1.0
     z[:, JUDGED - 1] = 0.0
-    return z
+    at = 0
+    for length, factor in _GROUPS:
+        z[:, at : at + length] *= factor
+        at += length
+    z[:, at:] *= _POOLED
+    return np.concatenate([z, square], axis=1)
 
 
 def _judged(x: FloatArray, classes: int) -> FloatArray:

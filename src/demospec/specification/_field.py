@@ -242,12 +242,15 @@ class FieldModel:
             raise InputError("settings of a field model", repr(error), file=file) from None
         head = None
         if head_classes is not None:
+            from demospec.perception._looks import SHAPE
+
             count = len(head_classes)
             center = stored.weight("head.center", (None,))
             width = len(center)
             head = SymbolHead(
                 tuple(head_classes), center, stored.weight("head.scale", (width,)),
-                stored.weight("head.weight", (count, width)), stored.weight("head.bias", (count,)),
+                stored.weight("head.weight", (count, width + SHAPE)),
+                stored.weight("head.bias", (count,)),
             )  # fmt: skip
         body = None
         if body_size is not None:
