@@ -87,6 +87,7 @@ def progress_bar(after_s: float = 2.0) -> Iterator[Progress]:
     shown = _Bars(after_s)
     try:
         yield shown
+        shown.finish()
     finally:
         shown.close()
 
@@ -121,6 +122,12 @@ class _Bars:
             console=Console(stderr=True),
         )
         self.bars.start()
+
+    def finish(self) -> None:
+        """The work is done: also stages that ended before their last step was told."""
+        for task in self.tasks.values():
+            total = next(t.total for t in self.bars.tasks if t.id == task)
+            self.bars.update(task, completed=total)
 
     def close(self) -> None:
         if self.bars is not None:
