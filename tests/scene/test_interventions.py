@@ -366,4 +366,4 @@ def test_a_spoilt_render_key_is_named(spoilt: dict[str, object], message: str) -
     first = SceneObject("glass-0", "glass", (50.0, 50.0), None, Disc((50.0, 50.0), 3.0))
     broken = replace(scene, extra=extra, objects=(first,))
     with pytest.raises(InputError, match=message):
-        remove_object(overlay(broken, "glass", (20, 20), id="new"), "glass-0")
+        remove_object(overlay(broken, "glass", (20, 20), id="new"), "glass-0").pixels()

@@ -8,10 +8,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from demospec.causal._places import new_id, reach
 from demospec.frames import FloatArray
-from demospec.scene import Picture, Scene, SceneObject, remove_object
+from demospec.scene import Image, Picture, Scene, SceneObject, remove_object
 
 RIM = 0.035
 """How far an object's shadow is taken along, as a share of the picture's width."""
@@ -42,6 +43,17 @@ class Cutout:
     def put(self, scene: Scene, center: tuple[float, float], angle_rad: float = 0.0) -> Scene:
         """The scene with the object there (to the nearest pixel); the angle is not used."""
         shift = np.round(np.asarray(center) - np.asarray(self.item.center)).astype(int)
+        picture = None
+        if scene.picture is not None:
+            picture = Picture.drawn(scene.picture.size_px, lambda: self._laid(scene, shift))
+        objects = scene.objects
+        if objects is not None:
+            placed = replace(self.item.moved(shift), id=new_id(scene, self.item.symbol))
+            objects = (*objects, placed)
+        return scene.with_changes(objects=objects, picture=picture)
+
+    def _laid(self, scene: Scene, shift: NDArray[np.int_]) -> Image:
+        """The picture with the object, moved by whole pixels."""
         (left, top), pixels, alpha, shade = self._cut()
         image = scene.pixels().astype(np.float64)
         height, width = image.shape[:2]
@@ -54,12 +66,7 @@ class Cutout:
             to = (slice(y + y0, y + y1), slice(x + x0, x + x1))
             cover = alpha[of][..., None]
             image[to] = image[to] * shade[of][..., None] * (1 - cover) + pixels[of] * cover
-        picture = Picture(array=(np.clip(image, 0, 255) + 0.5).astype(np.uint8))
-        objects = scene.objects
-        if objects is not None:
-            placed = replace(self.item.moved(shift), id=new_id(scene, self.item.symbol))
-            objects = (*objects, placed)
-        return scene.with_changes(objects=objects, picture=picture)
+        return (np.clip(image, 0, 255) + 0.5).astype(np.uint8)
 
     def _cut(self) -> tuple[tuple[int, int], FloatArray, FloatArray, FloatArray]:
         """(left, top), pixels (h, w, 3), alpha (h, w), shade (h, w), made on first use."""

@@ -67,23 +67,34 @@ def overlay(
     thing = as_object(chosen, center, angle_rad, 1.0 / scale, name)
     picture = scene.picture
     if picture is not None:
-        image = picture.pixels / 255.0
-        stamp = Stamp.of(chosen, thing.center, angle_rad, light_of(scene), 1.0 / scale)
-        stamp.cast(image)
-        stamp.put(image)
-        picture = Picture(array=to_image(image))
+
+        def drawn() -> Image:
+            image = scene.pixels() / 255.0
+            stamp = Stamp.of(chosen, thing.center, angle_rad, light_of(scene), 1.0 / scale)
+            stamp.cast(image)
+            stamp.put(image)
+            return to_image(image)
+
+        picture = Picture.drawn(picture.size_px, drawn)
     objects = None if scene.objects is None else (*scene.objects, thing)
     changed = replace(scene, objects=objects, picture=picture)
     return _with_item(changed, name, item_entry(chosen, angle_rad))
 
 
 def _with_cut_out(scene: Scene, cut: CutOut, center: ArrayLike, name: str) -> Scene:
-    image = scene.pixels() / 255.0
-    cut.put(image, center, light_of(scene))
+    if scene.picture is None:
+        scene.pixels()  # says what is missing
+
+    def drawn() -> Image:
+        image = scene.pixels() / 255.0
+        cut.put(image, center, light_of(scene))
+        return to_image(image)
+
     objects = None
     if scene.objects is not None:
         objects = (*scene.objects, cut.placed(center, name))
-    return scene.with_changes(objects=objects, picture=Picture(array=to_image(image)))
+    assert scene.picture is not None
+    return scene.with_changes(objects=objects, picture=Picture.drawn(scene.picture.size_px, drawn))
 
 
 def _chosen(
@@ -139,13 +150,20 @@ def remove_object(scene: Scene, object_id: str, *, clean_table: Image | None = N
     rest = tuple(o for o in scene.listed_objects() if o.id != object_id)
     picture = scene.picture
     if picture is not None:
-        pixels = _redrawn_without(scene, object_id, rest)
-        if pixels is None:
-            # The true table may be shown further out, where a long shadow may reach.
-            rim = 0.035 if clean_table is None else 0.08
-            hole, others = _shade_masks(scene, thing, rim)
-            pixels = filled(picture.pixels, hole, others, clean_table=clean_table)
-        picture = Picture(array=pixels)
+        old = picture
+
+        def drawn() -> Image:
+            pixels = _redrawn_without(scene, object_id, rest)
+            if pixels is None:
+                # The true table may be shown further out, where a long shadow may reach.
+                rim = 0.035 if clean_table is None else 0.08
+                hole, others = _shade_masks(scene, thing, rim)
+                pixels = filled(old.pixels, hole, others, clean_table=clean_table)
+            return pixels
+
+        # A clean table of another size is refused at once.
+        lazy = clean_table is None
+        picture = Picture.drawn(old.size_px, drawn) if lazy else Picture(array=drawn())
     return _with_item(replace(scene, objects=rest, picture=picture), object_id, None)
 
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from demospec.errors import InputError
 from demospec.frames import FloatArray
 from demospec.scene._compose import to_image
 from demospec.scene._free_places import free_places
-from demospec.scene._types import Picture, Scene
+from demospec.scene._types import Image, Picture, Scene
 
 
 def placebo_patch(
@@ -37,8 +37,10 @@ def placebo_patch(
     Raises:
         InputError: The scene has no other free place of that size.
     """
-    image = scene.pixels() / 255.0
-    height, width = image.shape[:2]
+    if scene.picture is None:
+        scene.pixels()  # says what is missing
+    assert scene.picture is not None
+    width, height = scene.picture.size_px
     to = np.asarray(center, dtype=np.float64)
     y, x = np.mgrid[0:height, 0:width]
     distance = np.hypot(x + 0.5 - to[0], y + 0.5 - to[1])
@@ -57,17 +59,34 @@ def placebo_patch(
             f"room for a patch of radius {radius_px:g} px", "none",
             row=f"scene {scene.scene_id}", field="placebo",
         )  # fmt: skip
-    here = image[y, x]
     share = 0.3 if scene.objects is not None else 0.15
+    alike = max(1, int(share * len(shifts)))
+    rank = int(rng.integers(alike))
+
+    def drawn() -> Image:
+        return _patched(scene.pixels() / 255.0, (y, x), weight[y, x], shifts, rank)
+
+    return replace(scene, picture=Picture.drawn((width, height), drawn))
+
+
+def _patched(
+    image: FloatArray,
+    at: tuple[NDArray[np.intp], NDArray[np.intp]],
+    weight: FloatArray,
+    shifts: NDArray[np.int_],
+    rank: int,
+) -> Image:
+    """The picture with table from the rank-th most alike of the shifts."""
+    y, x = at
+    here = image[y, x]
     # A patch that fits badly would show a round edge and look like a thing.
-    unlike = np.array([_unlike(here, image[y + dy, x + dx], weight[y, x]) for dx, dy in shifts])
-    alike = np.argsort(unlike, kind="stable")[: max(1, int(share * len(shifts)))]
-    dx, dy = shifts[alike[int(rng.integers(len(alike)))]]
+    unlike = np.array([_unlike(here, image[y + dy, x + dx], weight) for dx, dy in shifts])
+    dx, dy = shifts[np.argsort(unlike, kind="stable")[rank]]
     there = image[y + dy, x + dx]
-    w = weight[y, x][:, None]
+    w = weight[:, None]
     matched = there + ((here - there) * w).sum(axis=0) / w.sum()
     image[y, x] = here * (1 - w) + matched * w
-    return replace(scene, picture=Picture(array=to_image(image)))
+    return to_image(image)
 
 
 def _unlike(one: FloatArray, other: FloatArray, weight: FloatArray) -> float:

@@ -6,6 +6,7 @@ import os
 import struct
 import warnings
 import zlib
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -79,6 +80,8 @@ def _box(bbox: tuple[float, float, float, float] | None) -> Polygon | None:
 class Picture:
     """A picture in memory or in a file; a file is decoded each time the pixels are asked for."""
 
+    _draw: Callable[[], Image] | None = None
+
     def __init__(self, *, array: ArrayLike | None = None, file: Path | None = None) -> None:
         if (array is None) == (file is None):
             raise ValueError("give either an array or a file")
@@ -92,6 +95,26 @@ class Picture:
                 raise InputError("an 8-bit RGB picture (height, width, 3)", found, field="image")
             self._array = pixels
             self._size = (pixels.shape[1], pixels.shape[0])
+
+    @classmethod
+    def drawn(cls, size_px: tuple[int, int], draw: Callable[[], Image]) -> Picture:
+        """A picture that is drawn when its pixels are first asked for, and then kept.
+
+        Most interventions are judged by something that never looks.
+
+        Args:
+            size_px: (width, height) of what `draw` returns.
+            draw: Gives (height, width, 3) uint8, always the same.
+        """
+        made = cls.__new__(cls)
+        made.file, made._array, made._size, made._draw = None, None, size_px, draw
+        return made
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Copies for other processes hold pixels, not what would draw them."""
+        if self._draw is not None:
+            _ = self.pixels
+        return {"file": self.file, "_array": self._array, "_size": self._size}
 
     @property
     def size_px(self) -> tuple[int, int]:
@@ -114,6 +137,8 @@ class Picture:
             InputError: Not a readable picture, truncated, or larger than
                 `MAX_PICTURE_PIXELS`.
         """
+        if self._array is None and self._draw is not None:
+            self._array, self._draw = self._draw(), None
         if self._array is not None:
             return self._array
         with _opened(self.file) as picture:
