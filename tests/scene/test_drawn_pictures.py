@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -63,5 +64,5 @@ def test_later_changes_see_the_earlier_ones(scene: Scene) -> None:
     with_glass = overlay(bare, "glass", first.center, id="new")
     patched = placebo_patch(with_glass, (50.0, 50.0), np.random.default_rng(0), radius_px=3.0)
     pictures = [s.pixels() for s in (patched, with_glass, bare, scene)]
-    for one, other in zip(pictures, pictures[1:], strict=False):
+    for one, other in pairwise(pictures):
         assert not np.array_equal(one, other)
