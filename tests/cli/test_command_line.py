@@ -26,6 +26,35 @@ def test_help_lists_every_command() -> None:
     assert set(COMMANDS) <= listed
 
 
+@pytest.mark.parametrize("arguments", [[], ["edit"]])
+def test_help_cuts_no_sentence_off(
+    arguments: list[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    with pytest.raises(SystemExit):
+        main([*arguments, "--help"])
+    told = capsys.readouterr().out
+    assert all(len(line) <= 80 for line in told.splitlines())
+    assert "..." not in told.split("Commands:")[1]
+    listed = " ".join(told.split("Commands:")[1].split())
+    whole = "flips every label that is to be reviewed." if arguments else "what the others follow."
+    assert whole in listed
+
+
+@pytest.mark.parametrize("command", [c for c in COMMANDS if c != "edit"])
+def test_every_option_says_what_it_does(command: str) -> None:
+    from typer import Context
+    from typer.main import get_command
+
+    from demospec.cli._app import build_app
+
+    known = get_command(build_app()).commands[command]  # type: ignore[attr-defined]
+    context = Context(known, info_name=command)
+    for parameter in known.params:
+        name, words = parameter.get_help_record(context)
+        assert words.split("[")[0].strip(), name
+
+
 @pytest.mark.parametrize("command", COMMANDS)
 def test_every_command_has_help_and_takes_seed_and_json(
     command: str, capsys: pytest.CaptureFixture[str]

@@ -15,6 +15,7 @@ from typing import Annotated, Any
 
 import typer
 
+from demospec.cli._common import FullSentences
 from demospec.errors import DemospecError
 
 COMMANDS = (
@@ -29,6 +30,7 @@ def build_app() -> typer.Typer:
     """The Typer application with every command of `COMMANDS`."""
     app = typer.Typer(
         name="demospec",
+        cls=FullSentences,
         help="Turn robot demonstrations into specifications that people can read, check and "
         "plan with.",
         no_args_is_help=True,

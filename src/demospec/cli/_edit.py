@@ -7,7 +7,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from demospec.cli._common import Force, Json, OutFolder, Seed, SetFolder, print_json, say
+from demospec.cli._common import (
+    Force,
+    FullSentences,
+    Json,
+    OutFolder,
+    Seed,
+    SetFolder,
+    print_json,
+    say,
+)
 from demospec.errors import InputError
 
 if TYPE_CHECKING:
@@ -23,6 +32,7 @@ def register(app: typer.Typer) -> None:
     """Adds the command with its subcommands."""
     edit = typer.Typer(
         name="edit",
+        cls=FullSentences,
         help="Make a new set from others: the inputs stay as they are, byte for byte.",
         no_args_is_help=True,
         rich_markup_mode=None,

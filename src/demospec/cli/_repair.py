@@ -30,7 +30,9 @@ def repair(
     particles: Annotated[
         int, typer.Option("--particles", min=1, max=32, help="1 is the paper's way.")
     ] = 16,
-    steps: Annotated[int, typer.Option("--steps", min=1, max=10_000)] = 30,
+    steps: Annotated[
+        int, typer.Option("--steps", min=1, max=10_000, help="Gradient steps; the paper takes 30.")
+    ] = 30,
     confidence: Annotated[
         float,
         typer.Option("--confidence", min=0.5, max=0.999, help="p(valid) that a repair reaches."),
