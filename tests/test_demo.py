@@ -140,3 +140,16 @@ def test_a_report_of_what_single_commands_wrote(run: Path, tmp_path: Path) -> No
     titles = [s.title for s in build_report(tmp_path).sections]
     assert titles[0] == "What was demonstrated"
     assert "How sure that is" in titles
+
+
+def test_an_unknown_catalogue_leaves_nothing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as stop:
+        main(["demo", "--catalogue", "bogus", "--out", str(tmp_path / "run")])
+    assert stop.value.code == 2
+    said = capsys.readouterr().err
+    assert len(said.strip().splitlines()) == 1
+    assert "bogus" in said
+    assert "builtin" in said
+    assert not (tmp_path / "run").exists()

@@ -110,6 +110,9 @@ def _executor(workers: int, cluster: str | None) -> Iterator[Runner]:
     else:
         # Libraries in the workers compute on one thread each: the sums of a process with one
         # thread, and no more threads than cores.
+        # loky replaces a worker that has grown by 300 MB (torch alone does) and warns of a leak;
+        # no task is lost by it.
+        warnings.filterwarnings("ignore", message="A worker stopped while some jobs")
         settings = {"backend": "loky", "n_jobs": workers, "inner_max_num_threads": 1}
         yield lambda function, tasks: _fan_out(function, tasks, settings)
 

@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from demospec.experiments import RunRecord, Stage, run_stages
+from demospec.experiments import RunRecord, Stage, code_key, run_stages
 from demospec.files import write_json, writing_folder
 from demospec.progress import Progress, silent
 
@@ -165,7 +165,7 @@ def demo_stages(s: DemoSettings) -> tuple[Stage, ...]:
         Stage("causes.json", "find the causes", causes, {}, ("set", *fits)),
         Stage("plans.json", "plan in unseen scenes", plans, {}, ("set", "rules.json")),
         Stage("repairs.json", "repair rejected trajectories", repairs, {}, ("set", *fits)),
-        Stage("report.html", "write the report", report, {}, (
+        Stage("report.html", "write the report", report, {"code": code_key("demospec.report")}, (
             "accuracy.json", "rules.json", "audit.json", "causes.json", "plans.json",
             "repairs.json", "query.json",
         )),

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from demospec.errors import InputError
-from demospec.experiments import Stage, run_stages
+from demospec.experiments import Stage, code_key, run_stages
 from demospec.files import write_json
 from demospec.progress import Progress
 
@@ -71,3 +71,31 @@ def test_folder_of_somebody_else_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="new or empty folder"):
         run_stages(tmp_path, _stages([]), command="x", seed=0)
     assert [p.name for p in tmp_path.iterdir()] == ["mine.txt"]
+
+
+def test_a_run_whose_first_stage_is_refused_leaves_no_folder(tmp_path: Path) -> None:
+    def refuse(folder: Path, progress: Progress) -> None:
+        raise InputError("a catalogue", "bogus")
+
+    stages = (Stage("a", "a", refuse),)
+    with pytest.raises(InputError):
+        run_stages(tmp_path / "run", stages, command="x", seed=0)
+    assert not (tmp_path / "run").exists()
+    (tmp_path / "mine").mkdir()
+    with pytest.raises(InputError):
+        run_stages(tmp_path / "mine", stages, command="x", seed=0)
+    assert (tmp_path / "mine").is_dir()  # it was there before
+
+
+def test_the_key_of_code_follows_its_source(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    package = tmp_path / "words_of_a_page"
+    package.mkdir()
+    (package / "__init__.py").write_text("WORDS = 'before'\n")
+    (package / "page.j2").write_text("{{ words }}")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    first = code_key("words_of_a_page")
+    assert code_key("words_of_a_page") == first
+    (package / "page.j2").write_text("{{ words }}.")
+    assert code_key("words_of_a_page") != first

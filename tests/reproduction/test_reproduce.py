@@ -16,7 +16,7 @@ from demospec.reproduction import ReproduceSettings, reproduce
 from demospec.reproduction._participants import PARTICIPANTS, participants_study
 
 SMALL = ReproduceSettings(
-    seeds=1, counts=(1,), models=("full", "irl"), starts=4, particles=2,
+    seeds=1, counts=(1,), clustered_counts=(1,), models=("full", "irl"), starts=4, particles=2,
     demonstrations=10, resamples=2,
 )  # fmt: skip
 

@@ -9,7 +9,15 @@ from typing import Annotated
 
 import typer
 
-from demospec.cli._common import Json, Seed, print_json, print_table, progress_bar, say
+from demospec.cli._common import (
+    Json,
+    Seed,
+    one_thread,
+    print_json,
+    print_table,
+    progress_bar,
+    say,
+)
 
 
 def demo(
@@ -21,6 +29,7 @@ def demo(
     json: Json = False,
 ) -> None:
     """Simulate demonstrations and go the whole way to a report. Resumes an earlier run."""
+    one_thread()
     from demospec.files import read_json
     from demospec.pipeline import DemoSettings, run_demo
 

@@ -9,7 +9,15 @@ from typing import Annotated
 
 import typer
 
-from demospec.cli._common import Json, Seed, print_json, print_table, progress_bar, say
+from demospec.cli._common import (
+    Json,
+    Seed,
+    one_thread,
+    print_json,
+    print_table,
+    progress_bar,
+    say,
+)
 
 
 def reproduce(
@@ -28,6 +36,7 @@ def reproduce(
 
     Resumes an earlier run. Full: 10 randomisations, up to an hour on two cores.
     """
+    one_thread()
     from demospec.files import read_json
     from demospec.reproduction import ReproduceSettings
     from demospec.reproduction import reproduce as run

@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from demospec.experiments._stages import RunRecord, Stage, run_stages
+from demospec.experiments._stages import RunRecord, Stage, code_key, run_stages
 
 if TYPE_CHECKING:
     from demospec.experiments._ablation import GridSettings, grid_table, run_grid
@@ -18,6 +18,7 @@ __all__ = [
     "RunRecord",
     "Stage",
     "accuracy_study",
+    "code_key",
     "grid_table",
     "hold_out",
     "plan_study",

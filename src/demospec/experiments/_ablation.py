@@ -12,6 +12,7 @@ import os
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, Literal
 
@@ -166,6 +167,8 @@ def _fitted(fit_model: Any, cell: Cell, data: DemonstrationSet, settings: GridSe
     return fit_model(data, "paper", seed=cell.seed, ablation=cell.model, steps=settings.steps)
 
 
+# Jobs of one seed follow each other: the set that a process has just simulated is the next one's.
+@lru_cache(maxsize=1)
 def grid_set(settings: GridSettings, seed: int) -> tuple[DemonstrationSet, Any]:
     """The set of one seed, and its truth as a model. `MOST + HELD_OUT` demonstrations each."""
     from demospec.rules import rules_from_document

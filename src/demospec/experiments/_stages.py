@@ -13,7 +13,7 @@ import platform
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from importlib import metadata
+from importlib import metadata, resources
 from pathlib import Path
 from typing import Any
 
@@ -64,7 +64,24 @@ def run_stages(
     Raises:
         InputError: `folder` is not empty and holds no run of ours.
     """
+    absent = not folder.exists()
     record = _open_record(folder)
+    try:
+        return _compute(folder, record, stages, command, seed, progress, versions)
+    finally:
+        if absent and folder.is_dir() and not any(folder.iterdir()):
+            folder.rmdir()  # the first stage was refused: nothing of ours stays behind
+
+
+def _compute(
+    folder: Path,
+    record: dict[str, Any],
+    stages: tuple[Stage, ...],
+    command: str,
+    seed: int,
+    progress: Progress,
+    versions: tuple[str, ...],
+) -> RunRecord:
     record.update(
         command=command,
         seed=seed,
@@ -91,6 +108,20 @@ def run_stages(
         write_json(folder / "run.json", record)
     progress("all stages", len(stages), len(stages))
     return RunRecord(folder, seconds, tuple(cached))
+
+
+def code_key(*packages: str) -> str:
+    """A hash of the source of some packages, for the settings of a stage that draws with them.
+
+    A page is cheap to write again and its words live in the code: a change there renews it,
+    while fits stay until the version changes.
+    """
+    digest = hashlib.sha256()
+    for package in packages:
+        root = Path(str(resources.files(package)))
+        for file in sorted(p for p in root.rglob("*") if p.suffix in (".py", ".j2")):
+            digest.update(file.relative_to(root).as_posix().encode() + b"\0" + file.read_bytes())
+    return digest.hexdigest()[:16]
 
 
 def _open_record(folder: Path) -> dict[str, Any]:

@@ -9,9 +9,17 @@ from pathlib import Path
 from typing import Any
 
 from demospec.errors import DemospecError
-from demospec.experiments import RunRecord, Stage, run_stages
+from demospec.experiments import RunRecord, Stage, code_key, run_stages
 from demospec.files import write_json
 from demospec.progress import Progress, silent
+from demospec.reproduction._by_model import (
+    MODELS,
+    causes_by_model,
+    model_of,
+    repairs_by_model,
+    set_of,
+    truth_of,
+)
 
 READINGS = ("uniform", "clustered")
 
@@ -23,6 +31,7 @@ class ReproduceSettings:
     Args:
         seeds: Randomisations of the accuracy grid (paper: 10).
         counts: Trajectories per scene and type.
+        clustered_counts: The same for the ``clustered`` reading.
         models: Columns of the grid, for the ``uniform`` reading; ``clustered`` takes the first.
         starts: Rejected trajectories repaired per type.
         particles: Of the second repair column (the first is the paper's single one).
@@ -34,6 +43,7 @@ class ReproduceSettings:
 
     seeds: int = 10
     counts: tuple[int, ...] = tuple(range(1, 10))
+    clustered_counts: tuple[int, ...] = tuple(range(1, 10))
     models: tuple[str, ...] = ("full", "autoencoder", "classifier", "irl", "field")
     starts: int = 200
     particles: int = 32
@@ -46,7 +56,8 @@ class ReproduceSettings:
     def quick(cls, seed: int = 0) -> ReproduceSettings:
         """The same tables and figures from less: minutes."""
         return cls(
-            seeds=2, counts=(1, 3, 9), starts=40, particles=16, demonstrations=24, seed=seed
+            seeds=2, counts=(1, 3, 9), clustered_counts=(1, 9), starts=40, particles=16,
+            demonstrations=24, seed=seed,
         )  # fmt: skip
 
 
@@ -63,7 +74,7 @@ def reproduce(
 
     Args:
         folder: New, empty, or an earlier run.
-        workers: Processes for the accuracy grid, one thread each.
+        workers: Processes, one thread each, for the accuracy grid, repairs and causes.
         cluster: Address of a Dask scheduler for the grid instead.
 
     Raises:
@@ -95,7 +106,9 @@ def reproduce_stages(
             from demospec.files import writing_folder
             from demospec.specification import fit_model
 
-            model = fit_model(_set(folder).of_split("train"), name, seed=s.seed, progress=progress)
+            model = fit_model(
+                set_of(folder).of_split("train"), name, seed=s.seed, progress=progress
+            )
             with writing_folder(folder / f"model-{name}", replace=True) as temporary:
                 model.save(temporary, replace=True)
 
@@ -108,7 +121,7 @@ def reproduce_stages(
 
             grid = GridSettings(
                 models=s.models if reading == "uniform" else s.models[:1],
-                counts=s.counts,
+                counts=s.counts if reading == "uniform" else s.clustered_counts,
                 seeds=tuple(range(s.seeds)),
                 catalogue=s.catalogue,
                 reading=reading,  # type: ignore[arg-type]
@@ -127,7 +140,7 @@ def reproduce_stages(
         from demospec.reproduction._pictures import draw_latent
         from demospec.specification import validity_map
 
-        data, models = _set(folder), _models(folder)
+        data, models = set_of(folder), {n: model_of(folder, n) for n in MODELS}
         first = {"seen": "train", "unseen": "test"}
         parts = {which: data.of_split(split).scenes[0] for which, split in first.items()}
         maps: dict[str, Any] = {}
@@ -147,32 +160,15 @@ def reproduce_stages(
         write_json(folder / "latent.json", {"valid_share_of_the_plane": shares})
 
     def repairs(folder: Path, progress: Progress) -> None:
-        from demospec.experiments import repair_study
         from demospec.reproduction._pictures import draw_repairs
 
-        data, out = _set(folder), {}
-        scenes = data.of_split("test").scenes
-        for name, model in _models(folder).items():
-            out[name] = {
-                str(particles): repair_study(
-                    model, scenes, _truth(folder),
-                    starts=s.starts, particles=particles, seed=s.seed, progress=progress,
-                )
-                for particles in (1, s.particles)
-            }  # fmt: skip
-        draw_repairs(data, out, folder / "repairs")
+        particles = (1, s.particles)
+        out = repairs_by_model(folder, s.starts, particles, s.seed, workers, progress)
+        draw_repairs(set_of(folder), out, folder / "repairs")
         write_json(folder / "repairs.json", out)
 
     def causes(folder: Path, progress: Progress) -> None:
-        from demospec.causal import Settings, find_causes
-        from demospec.report import save_causal_picture
-
-        out, scenes = {}, _set(folder).of_split("train").scenes
-        for name, model in _models(folder).items():
-            found = find_causes(model, scenes, settings=Settings(seed=s.seed), progress=progress)
-            save_causal_picture(found, folder / f"causes-{name}.png")
-            out[name] = found.to_json()
-        write_json(folder / "causes.json", out)
+        write_json(folder / "causes.json", causes_by_model(folder, s.seed, workers, progress))
 
     def parameters(folder: Path, progress: Progress) -> None:
         from demospec.report import draw_transition
@@ -188,10 +184,10 @@ def reproduce_stages(
         from demospec.reproduction._pictures import draw_plans
         from demospec.rules import learn_rules, rules_document
 
-        data = _set(folder)
+        data = set_of(folder)
         learned = learn_rules(data.of_split("train"), progress=progress)
         write_json(folder / "rules.json", rules_document(learned))
-        document = plan_study(learned, data.of_split("test").scenes, _truth(folder), progress)
+        document = plan_study(learned, data.of_split("test").scenes, truth_of(folder), progress)
         draw_plans(data, learned, document, folder / "plans.png")
         write_json(folder / "plans.json", document)
 
@@ -211,10 +207,11 @@ def reproduce_stages(
         progress("writing the page", 1, 1)
 
     every = asdict(s)
-    grid = {k: every[k] for k in ("seeds", "counts", "models", "catalogue")}
+    grid = {k: every[k] for k in ("seeds", "counts", "clustered_counts", "models", "catalogue")}
     fits = ("model-paper", "model-field")
     mine = {"starts": s.starts, "particles": s.particles}
     rule = {"demonstrations": s.demonstrations, "resamples": s.resamples, "seed": s.seed}
+    code = code_key("demospec.report", "demospec.reproduction")
     made = (
         "latent.json", "repairs.json", "causes.json", "parameters.json", "plans.json",
         "robot.json", *(f"accuracy-{r}.json" for r in READINGS),
@@ -230,29 +227,8 @@ def reproduce_stages(
         Stage("plans.json", "plans", plans, {}, ("set",)),
         Stage("robot.json", "robot", robot, {"robot": _has_robot()}, ("set", "plans.json")),
         *(Stage(f"accuracy-{r}.json", f"accuracy, {r}", accuracy(r), grid) for r in READINGS),
-        Stage("reproduction.html", "write the page", page, {}, made),
+        Stage("reproduction.html", "write the page", page, {"code": code}, made),
     )
-
-
-def _set(folder: Path) -> Any:
-    from demospec.demonstrations import pictures_in_memory, read_set
-
-    return pictures_in_memory(read_set(folder / "set"))
-
-
-def _truth(folder: Path) -> Any:
-    from demospec.rules import read_rules
-
-    return read_rules(folder / "set" / "truth.json")
-
-
-def _models(folder: Path) -> dict[str, Any]:
-    """The networks, shown pictures only, and the truth."""
-    from demospec.experiments import PicturesOnly
-    from demospec.specification import load_model
-
-    networks = {n: PicturesOnly(load_model(folder / f"model-{n}")) for n in ("paper", "field")}
-    return {**networks, "truth": _truth(folder)}
 
 
 def _has_robot() -> bool:
@@ -267,13 +243,13 @@ def _execute(folder: Path) -> dict[str, Any]:
     from demospec.planning import plan_path
     from demospec.rules import read_rules
 
-    rules, scenes = read_rules(folder / "rules.json"), _set(folder).of_split("test").scenes
+    rules, scenes = read_rules(folder / "rules.json"), set_of(folder).of_split("test").scenes
     reasons = []
     for scene in scenes[:5]:
         plan = plan_path(rules, scene, "careful", allowance=0.5)
         if not plan.found:
             continue
-        rollout = execute_plan(plan, scene, _truth(folder))
+        rollout = execute_plan(plan, scene, truth_of(folder))
         if rollout.status != "done":
             reasons.append(f"{scene.scene_id}: {rollout.reason}")
             continue
