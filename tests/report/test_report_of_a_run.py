@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from demospec.cli import main
-from demospec.demonstrations import simulate_set, write_set
+from demospec.demonstrations import read_set, simulate_set, write_set
 from demospec.errors import InputError
 from demospec.files import read_json, write_json
 from demospec.report import Table, Text, build_report, render_html, write_html, write_markdown
@@ -249,3 +249,41 @@ def test_a_rule_by_hand_and_a_plan_where_nothing_is_listed(tmp_path: Path) -> No
     sure = next(s for s in report.sections if s.anchor == "sure")
     table = next(b for b in sure.blocks if isinstance(b, Table))
     assert table.rows[0][:3] == ("me", "glass", "3.00")
+
+
+def _own_plan(run: Path, folder: Path, judged_by: str) -> Path:
+    """The run with one plan, as `demospec plan --out` writes it."""
+    import shutil
+
+    from demospec.planning import plan_path
+
+    shutil.copytree(run, folder)
+    learned = learn_rules(read_set(run / "set").of_split("train"))
+    scene = read_set(run / "set").of_split("test").scenes[0]
+    plan = plan_path(learned, scene, "normal")
+    assert plan.found
+    write_json(folder / "plans.json", {**plan.to_json(), "judged_by": judged_by})
+    return folder
+
+
+@pytest.mark.parametrize("judged_by", ["rule", "model"])
+def test_a_plan_judged_by_its_own_model_is_said_to_be(
+    run: Path, tmp_path: Path, judged_by: str
+) -> None:
+    report = build_report(_own_plan(run, tmp_path / "run", judged_by))
+    section = next(s for s in report.sections if s.anchor == "plans")
+    table = next(b for b in section.blocks if isinstance(b, Table))
+    said = [words for words in (*report.summary, table.note) if "own reading" in words]
+    assert len(said) == (2 if judged_by == "model" else 0)
+
+
+def test_the_plan_picture_names_who_judged() -> None:
+    from dataclasses import replace
+
+    from demospec.planning import plan_path
+    from demospec.report._plan_picture import verdict
+
+    data, _ = simulate_set(train_scenes=4, test_scenes=1, demonstrations=5, seed=3)
+    plan = plan_path(learn_rules(data), data.scenes[0], "normal")
+    assert verdict(plan) == "keeps the rule"
+    assert "in the model's own opinion" in verdict(replace(plan, judged_by="model"))

@@ -138,7 +138,11 @@ def _summary(run: Run) -> tuple[str, ...]:
 
 
 def _planned(plans: list[dict[str, Any]]) -> tuple[str, ...]:
+    from demospec.report._sections_outcome import own_opinion
+
     found = [p for p in plans if p["status"] == "found"]
     kept = sum(p["obeys"] for p in found)
     noun = "plan" if len(plans) == 1 else "plans"
-    return (f"{len(plans)} {noun}: {len(found)} found, {kept} of these keep the learned rule.",)
+    words = f"{len(plans)} {noun}: {len(found)} found, {kept} of these keep the learned rule."
+    by_eye = own_opinion(plans)
+    return (words, by_eye) if by_eye else (words,)

@@ -49,8 +49,7 @@ def draw_plan(
     for (name, points), colour in zip((others or {}).items(), _OTHER, strict=False):
         axes.plot(*np.asarray(points).T, color=colour, lw=1.5, ls="--", label=name)
     if plan.found:
-        verdict = "keeps the rule" if plan.obeys else "breaks the rule"
-        label = f"plan ({plan.planner}), {plan.length:.1f} px, {verdict}"
+        label = f"plan ({plan.planner}), {plan.length:.1f} px, {verdict(plan)}"
         axes.plot(*plan.points.T, color="white", lw=4, solid_capstyle="round")
         axes.plot(*plan.points.T, color=_PLAN, lw=2.2, label=label)
     else:
@@ -67,6 +66,14 @@ def draw_plan(
     figure.legend(loc="outside lower center", fontsize=8, ncols=2)
     with writing_file(path) as temporary:
         figure.savefig(temporary, format="png")
+
+
+def verdict(plan: Plan) -> str:
+    """Whether the plan keeps the rule, and who says so where that is not the rule itself."""
+    words = "keeps the rule" if plan.obeys else "breaks the rule"
+    if plan.judged_by == "model":
+        return f"{words} in the model's own opinion (it reads the picture; no list to check by)"
+    return words
 
 
 def _draw_zones(axes: Any, cost_map: CostMap) -> None:

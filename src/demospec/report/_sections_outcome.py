@@ -62,11 +62,26 @@ def plans(run: Run) -> Section | None:
     known = any("true_obeys" in p for p in every)
     words = _PLANS if known else _OWN_PLANS
     note = f"Without a plan: {reasons}." if reasons else ""
+    by_eye = own_opinion(every)
+    if by_eye:
+        note = f"{by_eye} {note}".strip()
     blocks: list[Block] = [Text(words), Table(header, tuple(rows), note=note)]
     picture = _plan_pictures(run, types)
     if picture is not None:
         blocks.append(picture)
     return Section("plans", "What the planner does with it", tuple(blocks))
+
+
+def own_opinion(plans: list[dict[str, Any]]) -> str:
+    """A sentence where plans were judged by the model that planned them; else nothing."""
+    count = sum(p.get("judged_by") == "model" for p in plans if p["status"] == "found")
+    if not count:
+        return ""
+    who = "This plan is" if count == len(plans) == 1 else f"{count} of these plans are"
+    return (
+        f"{who} judged by the model's own reading of the picture, because the scene does not list "
+        "its objects: an opinion, no check by a rule."
+    )
 
 
 def _true_share(found: list[dict[str, Any]]) -> str:
