@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
+import json
 import os
 import shutil
 import socket
 import subprocess
 import sys
-import time
-import urllib.error
-import urllib.request
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
+from studio_tabs import PATIENCE_S
 
 
 @pytest.fixture(scope="session")
@@ -31,38 +30,56 @@ def browser() -> Iterator[Any]:
         shown.close()
 
 
+@pytest.fixture
+def new_tab(browser: Any) -> Iterator[Callable[..., Any]]:
+    """Opens tabs, each with a memory of its own, that wait long, must not fail, and must not
+    ask any other machine."""
+    contexts: list[Any] = []
+    asked: list[str] = []
+    faults: list[str] = []
+
+    def open_one(**options: Any) -> Any:
+        context = browser.new_context(**{"viewport": {"width": 1280, "height": 900}, **options})
+        contexts.append(context)
+        context.set_default_timeout(1000 * PATIENCE_S)
+        context.on("request", lambda request: asked.append(request.url))
+        context.on("weberror", lambda error: faults.append(str(error.error)))
+        return context.new_page()
+
+    yield open_one
+    for context in contexts:
+        context.close()
+    assert not faults
+    local = ("http://127.0.0.1:", "ws://127.0.0.1:", "data:", "blob:")
+    assert [url for url in asked if not url.startswith(local)] == []
+
+
 def free_port() -> int:
     with socket.socket() as s:
         s.bind(("127.0.0.1", 0))
         return int(s.getsockname()[1])
 
 
-def start_studio(*arguments: str) -> tuple[subprocess.Popen[bytes], str]:
+def start_studio(*arguments: str, port: int | None = None) -> tuple[subprocess.Popen[bytes], str]:
     """Starts the studio and waits until it answers; returns the process and its address."""
     pytest.importorskip("nicegui", reason="pip install 'demospec[studio]'")
-    port = free_port()
     # nicegui behaves otherwise where it sees pytest's variable: the studio must not see it.
     environment = {k: v for k, v in os.environ.items() if not k.startswith("PYTEST")}
-    process = subprocess.Popen(
-        [sys.executable, "-m", "demospec", "studio", *arguments,
-         "--port", str(port), "--no-browser"],
-        env=environment,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-    )  # fmt: skip
-    address = f"http://127.0.0.1:{port}"
-    for _ in range(300):
-        try:
-            with urllib.request.urlopen(address + "/studio-static/studio.css", timeout=1):
-                return process, address
-        except urllib.error.HTTPError:  # it answers, and wants the token
-            return process, address
-        except (urllib.error.URLError, OSError):
-            if process.poll() is not None:
-                raise RuntimeError("the studio did not start") from None
-            time.sleep(0.1)
-    process.kill()
-    raise RuntimeError("the studio did not answer")
+    for _ in range(5):
+        process = subprocess.Popen(
+            [sys.executable, "-m", "demospec", "studio", *arguments, "--json", "--no-browser",
+             "--port", str(free_port() if port is None else port)],
+            env=environment,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+        )  # fmt: skip
+        assert process.stdout is not None
+        with process.stdout as said:  # ends where the process does
+            line = said.readline()
+        if line:
+            return process, json.loads(line)["address"].split("/teach")[0]
+        process.wait(PATIENCE_S)  # somebody else took the port meanwhile
+    raise RuntimeError("the studio did not start")
 
 
 @pytest.fixture(scope="session")

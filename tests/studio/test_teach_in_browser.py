@@ -40,6 +40,15 @@ class Studio:
         with urllib.request.urlopen(self.address + path, timeout=10) as answer:
             return json.loads(answer.read())
 
+    def tell(self, path: str, document: dict[str, Any]) -> None:
+        """POST, as another program on the same machine does."""
+        request = urllib.request.Request(
+            self.address + path,
+            data=json.dumps(document).encode(),
+            headers={"Content-Type": "application/json"},
+        )
+        urllib.request.urlopen(request, timeout=10).close()
+
     def shown(self) -> list[dict[str, Any]]:
         return list(self.asked("/api/demonstrations")["demonstrations"])
 
@@ -67,7 +76,7 @@ def tab(browser: Any, studio_of: Studio) -> Iterator[Any]:
 
 def open_page(page: Any, studio: Studio, type_: str = "normal") -> None:
     page.goto(studio.address + "/teach")
-    page.wait_for_selector("svg.scene")
+    page.wait_for_selector("body[data-ready=yes] svg.scene", timeout=60_000)
     page.get_by_label("Next scene").select_option(label="when I say")
     field = page.get_by_label("Type")
     field.fill(type_)
@@ -139,7 +148,7 @@ def test_undo_reload_and_a_killed_server_lose_nothing(
         verdict(tab, studio_of, "a" if accepted else "r", count)
     kept = studio_of.shown()
     tab.reload()
-    tab.wait_for_selector("svg.scene")
+    tab.wait_for_selector("body[data-ready=yes] svg.scene", timeout=60_000)
     assert studio_of.shown() == kept
     studio_of.kill()
     studio_of.start()
@@ -150,10 +159,52 @@ def test_undo_reload_and_a_killed_server_lose_nothing(
     # The label and the stroke are two steps.
     for _ in range(2):
         tab.keyboard.press("u")
-        tab.wait_for_timeout(300)
+    for _ in range(100):
+        if studio_of.shown() == kept:
+            break
+        tab.wait_for_timeout(50)
     assert studio_of.shown() == kept
     after = {p: p.read_bytes() for p in sorted((tmp_path / "source").rglob("*")) if p.is_file()}
     assert after == before
+
+
+def test_nothing_can_be_done_before_the_page_has_reached_the_studio(
+    browser: Any, studio_of: Studio
+) -> None:
+    """Words typed before the handshake came after the Enter that should have sent them."""
+    context = browser.new_context(viewport={"width": 1280, "height": 900})
+    # The socket's first answers are late, as on a busy machine.
+    context.add_init_script(
+        "const now = window.setTimeout; let real; Object.defineProperty(window, 'did_handshake', {"
+        " get: () => real && performance.now() > 2500, set: (value) => { real = value; } });"
+    )
+    page = context.new_page()
+    page.goto(studio_of.address + "/teach")
+    page.wait_for_selector("svg.scene")
+    main = page.locator(".studio-main")
+    assert main.evaluate("e => e.inert")
+    page.get_by_label("Type").evaluate("e => e.focus()")
+    page.keyboard.type("early")
+    page.wait_for_selector("body[data-ready=yes]", timeout=60_000)
+    assert not main.evaluate("e => e.inert")
+    assert "early" not in page.get_by_label("Type").input_value()
+    context.close()
+
+
+def test_words_that_are_being_typed_stay(tab: Any, studio_of: Studio, small_set: Path) -> None:
+    """An update of the page from anywhere set the field back to what it last said."""
+    field = tab.get_by_label("Type")
+    field.fill("careful")
+    demos = studio_of.shown()
+    scene_id, shown = curves(small_set)
+    stroke = {"scene_id": scene_id, "points": shown[0][0].tolist(), "type": "normal"}
+    studio_of.tell("/api/demonstrations", stroke)
+    assert len(studio_of.shown()) == len(demos) + 1
+    # The page has seen the other program's path.
+    tab.wait_for_function("document.querySelectorAll('.path-list button').length === 1")
+    assert field.input_value() == "careful"
+    field.press("Enter")
+    tab.wait_for_function("document.body.innerText.includes('Paths of careful')")
 
 
 def test_two_tabs_keep_both_strokes(tab: Any, studio_of: Studio, small_set: Path) -> None:

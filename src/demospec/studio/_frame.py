@@ -27,17 +27,24 @@ def page_frame(title: str, active: str, *, script: str | None = None) -> Iterato
     Args:
         title: Heading of the page, for screen readers.
         active: Key of `PAGES` that is shown as chosen.
-        script: A JavaScript file of ``static/`` (a module), and of the same name a ``.css``.
+        script: A JavaScript file of ``static/`` (a module), and of the same name a ``.css``. It
+            calls ``prepared`` of ``connection.js`` when it listens.
+
+    The element is inert until the tab has reached the studio and the script listens, and while
+    the connection is lost; ``body`` then has ``data-ready=yes``.
     """
     from nicegui import ui
 
     style = f'<link rel="stylesheet" href="{ADDRESS}/studio.css">'
     ui.add_head_html(style + '<meta name="color-scheme" content="light dark">')
+    scripts = ["connection.js"]
     if script is not None:
+        scripts.append(script)
         if (STATIC / script).with_suffix(".css").is_file():
             name = Path(script).with_suffix(".css").name
             ui.add_head_html(f'<link rel="stylesheet" href="{ADDRESS}/{name}">')
-        ui.add_body_html(f'<script type="module" src="{ADDRESS}/{script}"></script>')
+    for name in scripts:
+        ui.add_body_html(f'<script type="module" src="{ADDRESS}/{name}"></script>')
     ui.dark_mode(None)
     ui.query(".nicegui-content").classes("studio-content")
     with ui.element("header").classes("studio-header"):
@@ -48,4 +55,5 @@ def page_frame(title: str, active: str, *, script: str | None = None) -> Iterato
                 ui.html(f'<a href="{path}"{mark}>{words}</a>', sanitize=False)
     with ui.element("div").classes(f"studio-main page-{active}") as main:
         ui.html(f'<h1 class="out-of-sight">{title}</h1>', sanitize=False)
+        main.props("inert" if script is None else "inert data-prepares")
         yield main

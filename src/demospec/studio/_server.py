@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import socket
 import sys
 from collections.abc import Callable
@@ -25,7 +26,7 @@ def serve(
     out: Path | None = None,
     scenes_only: bool = False,
     show: bool = True,
-    started: Callable[[str], None] = lambda address: None,
+    started: Callable[[str, Path], None] = lambda address, out: None,
 ) -> None:
     """Serves the studio until interrupted.
 
@@ -34,8 +35,8 @@ def serve(
         host: Address to listen at. Any other than this machine's own needs a token.
         token: A secret that every request must bring, as ``?token=``, cookie or header.
         show: Open the page in a browser.
-        started: Told the address, with the token, when everything has been read and the studio
-            is about to answer there.
+        started: Told the address, with the token, and the folder of the set that is written,
+            once the studio answers there.
 
     Raises:
         InputError: The set cannot be read; a foreign host without a token; the port is taken.
@@ -46,7 +47,7 @@ def serve(
     _must_be_free(host, port)
     # Fonts, scripts and styles come from the installed package; nothing is fetched elsewhere.
     try:
-        from nicegui import app, ui
+        from nicegui import app, background_tasks, ui
     except ImportError as error:
         raise MissingExtraError("nicegui", "studio", "the studio") from error
     from fastapi.responses import RedirectResponse
@@ -56,7 +57,8 @@ def serve(
     from demospec.studio._guard import Guard
 
     workbench = Workbench(set_folder, model, run, out=out, scenes_only=scenes_only)
-    app.add_static_files(ADDRESS, STATIC)
+    # Asked for each time: a script of yesterday's version does not fit today's page.
+    app.add_static_files(ADDRESS, STATIC, max_cache_age=0)
     app.get("/", include_in_schema=False)(lambda: RedirectResponse("/teach"))
     app.add_middleware(Guard, token=token)
     for page in (_teach, _explore, _results, _api):
@@ -64,7 +66,12 @@ def serve(
     keep_written(workbench)
     first = "/teach" if not token else f"/teach?token={quote(token, safe='')}"
     shown = f"[{host}]" if ":" in host else host
-    app.on_startup(lambda: started(f"http://{shown}:{port}{first}"))
+
+    async def announce() -> None:
+        await _answering(host, port)
+        started(f"http://{shown}:{port}{first}", workbench.out)
+
+    app.on_startup(lambda: background_tasks.create(announce()))
     ui.run(
         host=host, port=port, title="demospec studio", reload=False, show=first if show else False,
         show_welcome_message=False, language="en-US",
@@ -81,6 +88,18 @@ def _must_be_free(host: str, port: int) -> None:
         except OSError as error:
             said = f"{host}:{port}: {error.strerror or error}"
             raise InputError("an address and port that are free", said, field="--port") from error
+
+
+async def _answering(host: str, port: int) -> None:
+    """Returns once somebody listens there: the server does so only after its start-up."""
+    while True:
+        try:
+            _, writer = await asyncio.open_connection(host, port)
+        except OSError:
+            await asyncio.sleep(0.02)
+        else:
+            writer.close()
+            return
 
 
 def keep_written(workbench: Workbench) -> None:

@@ -56,8 +56,8 @@ def register(workbench: Workbench) -> None:
                     state.do(what, value)
             except DemospecError as error:
                 view.tell(str(error))
+            view.remember()  # now: the tab may be loaded anew while something is computed
             await refresh()
-            view.remember()
 
         async def look_for_others() -> None:
             if workbench.version != state.shown_version:  # another tab, program or process
@@ -69,5 +69,5 @@ def register(workbench: Workbench) -> None:
         for name in ("stroke", "mark", "key", "pick", "scene", "hello"):
             event = f"teach_{name}"
             ui.on(event, lambda e, name=name: act(name, e.args))
-        ui.timer(1.0, look_for_others)
-        ui.timer(0.01, refresh, once=True)
+        # The tab's greeting is answered with all there is to show.
+        ui.timer(1.0, look_for_others, immediate=False)

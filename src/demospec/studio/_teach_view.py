@@ -163,12 +163,13 @@ class TeachView:
     def _build_people(self) -> None:
         from nicegui import ui
 
-        def field(label: str, id: str, what: str, value: str, extra: str = "") -> Any:
+        # Without a value of the element's own: every update of the page would set it again,
+        # over what a person is typing. `remember` fills the fields.
+        def field(label: str, id: str, what: str, extra: str = "") -> Any:
             ui.html(f"<label for='{id}'>{label}</label>", sanitize=False)
             return (
                 ui.element("input")
                 .props(f'id={id} autocomplete=off maxlength=60 {extra}')
-                .props(f"value={json.dumps(value)}")
                 .classes("plain-input")
                 .on("change", lambda e: self.on_act(what, e.args),
                     js_handler="(e) => emit(e.target.value)")
@@ -177,14 +178,9 @@ class TeachView:
         with ui.element("section").classes("card people"):
             ui.html("Who is teaching", sanitize=False, tag="h2")
             with ui.element("div").classes("fields"):
-                self.type = field(
-                    "Type", "type-field", "type", self.state.type,
-                    "aria-describedby=type-words",
-                )  # fmt: skip
+                field("Type", "type-field", "type", "aria-describedby=type-words")
                 self.types = ui.element("div").classes("type-chips")
-                self.demonstrator = field(
-                    "Name", "name-field", "demonstrator", "", 'placeholder="may be left out"'
-                )
+                field("Name", "name-field", "demonstrator", 'placeholder="may be left out"')
                 ui.html("<label for='next-field'>Next scene</label>", sanitize=False)
                 with ui.element("select").props("id=next-field").classes("plain-input").on(
                     "change", lambda e: self.on_act("next_after", e.args),
@@ -362,9 +358,9 @@ class TeachView:
 
         state = self.state
         kept = state.to_remember()
-        ui.run_javascript(
-            f"window.teachRemember?.({json.dumps(kept)});"
-            f"document.getElementById('type-field').value={json.dumps(state.type)};"
-            f"document.getElementById('name-field').value={json.dumps(state.demonstrator)};"
-            f"document.getElementById('next-field').value={json.dumps(kept['next_after'])};"
-        )
+        fields = {
+            "type-field": state.type,
+            "name-field": state.demonstrator,
+            "next-field": kept["next_after"],
+        }
+        ui.run_javascript(f"window.teachRemember?.({json.dumps(kept)}, {json.dumps(fields)})")

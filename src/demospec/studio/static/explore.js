@@ -1,5 +1,6 @@
 // Explore: all state of the tab is here; the server only answers questions about it.
 import { drawStage, drawSmall, drawSides } from "./explore-draw.js";
+import { prepared, ready } from "./connection.js";
 
 const root = await waitFor("#explore");
 const state = { scene: null, model: null, type: null, control: [0, 0], moved: {}, added: [], removed: [] };
@@ -292,7 +293,7 @@ function listen() {
     }
   });
   document.addEventListener("keydown", (e) => {
-    if (e.ctrlKey || e.metaKey || e.altKey || e.target.closest?.("input, select, textarea")) return;
+    if (!ready() || e.ctrlKey || e.metaKey || e.altKey || e.target.closest?.("input, select, textarea")) return;
     if (e.key === "r" || e.key === "R") acts.repair();
     if (e.key === "s" || e.key === "S") acts.sample();
   });
@@ -311,3 +312,4 @@ try {
   root.querySelector("p").textContent = error.message;
   root.dataset.ready = "failed";
 }
+prepared();

@@ -1,4 +1,6 @@
 // Drawing on the Teach page: a stroke is collected here and sent once, on release.
+import { handshake, prepared, ready } from "./connection.js";
+
 const NS = "http://www.w3.org/2000/svg";
 const MOST_BYTES = 12 * 1024 * 1024; // as the server has it
 const REACH = 0.1; // of the picture's width: how near a stroke must begin and end
@@ -109,7 +111,7 @@ const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], Arrow
 
 function key(e) {
   const target = e.target, type = target.tagName;
-  if (/^(INPUT|SELECT|TEXTAREA)$/.test(type)) return;
+  if (!ready() || /^(INPUT|SELECT|TEXTAREA)$/.test(type)) return;
   if (target === pen() && ARROWS[e.key]) {
     const step = info().width * (e.shiftKey ? 0.08 : 0.02);
     bend(ARROWS[e.key][0] * step, ARROWS[e.key][1] * step);
@@ -175,24 +177,33 @@ async function addPicture(file) {
   } catch { warn("The picture did not reach the studio. Is it still running?"); }
 }
 
-function start() {
-  if (!pen() || !window.did_handshake) return setTimeout(start, 50);
+// Words that are being typed belong to the person until they are sent (`change`).
+const typed = new Set();
+function remember(state, fields) {
+  sessionStorage.demospecTeach = JSON.stringify(state);
+  for (const [id, value] of Object.entries(fields)) if (!typed.has(id)) $(id).value = value;
+  prepared(); // the studio has answered this tab's greeting
+}
+
+async function start() {
+  await handshake();
   // On the stage, which stays: the pen is made anew where a picture has another size.
   const stage = $("stage");
   stage.addEventListener("pointerdown", begin); stage.addEventListener("pointermove", move);
   stage.addEventListener("pointerup", end); stage.addEventListener("pointercancel", () => { stroke = null; clear("drawing"); });
   stage.addEventListener("focusout", cancelCurve);
   document.addEventListener("keydown", key);
+  document.addEventListener("input", (e) => typed.add(e.target.id));
+  document.addEventListener("change", (e) => typed.delete(e.target.id));
   $("mark").addEventListener("click", () => mark(!marking));
   $("replay").addEventListener("click", replay);
   $("picture-file").addEventListener("change", (e) => { addPicture(e.target.files[0]); e.target.value = ""; });
+  window.teachRemember = remember;
+  window.teachTell = warn;
+  new MutationObserver(() => { heldUntil = 0; tell(""); }).observe(stage, { attributeFilter: ["data-hint"] });
+  tell("");
   let kept = {};
   try { kept = JSON.parse(sessionStorage.demospecTeach || "{}"); } catch { kept = {}; }
   send("teach_hello", { tab, ...kept });
-  window.teachRemember = (state) => { sessionStorage.demospecTeach = JSON.stringify(state); };
-  window.teachTell = warn;
-  new MutationObserver(() => { heldUntil = 0; tell(""); }).observe($("stage"), { attributeFilter: ["data-hint"] });
-  tell("");
-  document.body.dataset.ready = "yes";
 }
 start();
