@@ -74,10 +74,13 @@ def start_studio(*arguments: str, port: int | None = None) -> tuple[subprocess.P
             stderr=subprocess.DEVNULL,
         )  # fmt: skip
         assert process.stdout is not None
-        with process.stdout as said:  # ends where the process does
-            line = said.readline()
-        if line:
-            return process, json.loads(line)["address"].split("/teach")[0]
+        lines: list[bytes] = []
+        with process.stdout as said:
+            # One document, whose last line is its brace; nothing where the process ends.
+            while lines[-1:] != [b"}\n"] and (line := said.readline()):
+                lines.append(line)
+        if lines:
+            return process, json.loads(b"".join(lines))["address"].split("/teach")[0]
         process.wait(PATIENCE_S)  # somebody else took the port meanwhile
     raise RuntimeError("the studio did not start")
 

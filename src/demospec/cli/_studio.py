@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
+import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from demospec.cli._common import say
+from demospec.cli._common import Json, print_json, say
 
 
 def studio(
@@ -38,12 +40,22 @@ def studio(
         str | None, typer.Option("--token", help="A secret that every request must bring.")
     ] = None,
     browser: Annotated[bool, typer.Option(help="Open the page in a browser.")] = True,
+    json: Json = False,
 ) -> None:
-    """Draw what you mean, see what was understood: a web page on this machine only."""
+    """Draw what you mean, see what was understood: a web page on this machine only.
+
+    With --json the document says, once the studio answers, its address (with the token), the
+    folder of the set that it writes, and the number of its process.
+    """
     from demospec.studio import serve
+
+    def started(address: str, written: Path) -> None:
+        say(f"studio at {address} (Ctrl-C stops it)")
+        if json:
+            print_json({"address": address, "set": str(written), "pid": os.getpid()})
+            sys.stdout.flush()  # whoever reads it waits
 
     serve(
         set_folder, model, run, host=host, port=port, token=token, out=out,
-        scenes_only=scenes_only, show=browser,
-        started=lambda address: say(f"studio at {address} (Ctrl-C stops it)"),
+        scenes_only=scenes_only, show=browser, started=started,
     )  # fmt: skip
