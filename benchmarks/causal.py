@@ -22,6 +22,7 @@ import platform
 import sys
 import time
 from dataclasses import replace
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -39,6 +40,7 @@ from demospec.causal import (  # noqa: E402
     trials_of_set,
 )
 from demospec.demonstrations import DemonstrationSet, ValidityModel, simulate_set  # noqa: E402
+from demospec.parallel import iterate_tasks  # noqa: E402
 from demospec.rules import learn_rules, rules_from_document  # noqa: E402
 
 RESULTS = Path(__file__).parent / "results" / "causal.json"
@@ -164,7 +166,16 @@ def _verdict_summary(runs: list[dict[str, Any]]) -> dict[str, float]:
     }
 
 
-def study(name: str, kind: str, repeats: int, *, unseen: bool, hide_lists: bool) -> None:
+def study(
+    name: str,
+    kind: str,
+    repeats: int,
+    *,
+    unseen: bool,
+    hide_lists: bool,
+    workers: int = 1,
+    cluster: str | None = None,
+) -> None:
     """Repeats, saved one by one: an interrupted study goes on where it stopped.
 
     Runs with another pretrained body or another number of placements are dropped.
@@ -173,10 +184,9 @@ def study(name: str, kind: str, repeats: int, *, unseen: bool, hide_lists: bool)
     runs = [r for r in recorded().get(name, {}).get("runs", [])
             if r.get("body") == body and r.get("placements") == placements]  # fmt: skip
     done = {r["seed"] for r in runs}
-    for seed in range(FIRST_SEED, FIRST_SEED + repeats):
-        if seed in done:
-            continue
-        run = repeat(kind, seed, unseen=unseen, hide_lists=hide_lists)
+    seeds = [s for s in range(FIRST_SEED, FIRST_SEED + repeats) if s not in done]
+    task = partial(repeat, kind, unseen=unseen, hide_lists=hide_lists)
+    for run in iterate_tasks(task, seeds, workers=workers, cluster=cluster):
         runs.append(run | {"body": body, "placements": placements})
         record(name, {"summary": summary(runs), "runs": runs})
         line = {k: v for k, v in summary(runs).items() if k != "wrong_cells"}
@@ -358,6 +368,8 @@ def main() -> None:
         choices=["field", "pictures", "rules", "paper", "coverage", "seen", "show"],
     )  # fmt: skip
     parser.add_argument("--repeats", type=int, default=40)
+    parser.add_argument("--workers", type=int, default=1, help="processes for the repeats")
+    parser.add_argument("--cluster", help="a Dask scheduler for the repeats")
     arguments = parser.parse_args()
     if arguments.study == "coverage":
         coverage()
@@ -370,7 +382,10 @@ def main() -> None:
     else:
         hidden = arguments.study == "pictures"
         kind = "field" if hidden else arguments.study
-        study(arguments.study, kind, arguments.repeats, unseen=hidden, hide_lists=hidden)
+        study(
+            arguments.study, kind, arguments.repeats, unseen=hidden, hide_lists=hidden,
+            workers=arguments.workers, cluster=arguments.cluster,
+        )  # fmt: skip
 
 
 if __name__ == "__main__":

@@ -100,3 +100,27 @@ def test_tasks_run_elsewhere_and_listen_on_loopback_only(cluster):
 def test_a_task_that_kills_every_worker_is_named(cluster):
     with pytest.raises(DemospecError, match="the cluster gave up on a task"):
         run_tasks(work.die_always, range(4), cluster=cluster)
+
+
+def test_a_causal_analysis_on_the_cluster_is_that_of_one_process(cluster, tmp_path):
+    from functools import partial
+
+    import numpy as np
+
+    from demospec.causal import Settings, trials_of_set, trials_of_stored
+    from demospec.demonstrations import read_set, simulate_set, write_set
+    from demospec.files import write_json
+    from demospec.rules import read_rules
+
+    data, truth = simulate_set(train_scenes=5, test_scenes=0, demonstrations=1, seed=4)
+    write_set(data, tmp_path / "set")
+    write_json(tmp_path / "truth.json", truth)
+    load = partial(read_rules, tmp_path / "truth.json")
+    quick = Settings(draws=6, placements=1)
+    there = trials_of_stored(load, tmp_path / "set", settings=quick, cluster=cluster)
+    here = trials_of_set(load(), read_set(tmp_path / "set"), settings=quick)
+    assert there.scene_ids == here.scene_ids
+    assert len(there.trials) == len(here.trials)
+    for one, other in zip(there.trials, here.trials, strict=True):
+        assert (one.scene, one.symbol) == (other.scene, other.symbol)
+        assert np.array_equal(one.after, other.after)

@@ -12,7 +12,7 @@ from demospec.causal._document import findings_from_document
 from demospec.causal._effect_map import EffectMap, effect_map
 from demospec.causal._estimate import estimate
 from demospec.causal._find import editor_for, find_causes, run_trials
-from demospec.causal._find_in_set import trials_of_set
+from demospec.causal._find_in_set import trials_of_set, trials_of_stored
 from demospec.causal._interventions import Editor, ListEditor, Thing
 from demospec.causal._picture_editor import PictureEditor
 from demospec.causal._results import (
@@ -62,5 +62,6 @@ __all__ = [
     "smallest_p",
     "to_arrow",
     "trials_of_set",
+    "trials_of_stored",
     "write_trials",
 ]

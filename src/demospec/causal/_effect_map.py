@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from demospec.causal._estimate import stable_seed
-from demospec.causal._find import CLEAR_ENDS, GAP, editor_for
+from demospec.causal._find import editor_for
 from demospec.causal._interventions import Editor, Thing
 from demospec.causal._places import (
     draw_controls,
@@ -16,6 +16,7 @@ from demospec.causal._places import (
     region_of_scene,
     room_at,
 )
+from demospec.causal._scene_trials import CLEAR_ENDS, GAP
 from demospec.demonstrations import ValidityModel
 from demospec.errors import InputError
 from demospec.frames import FloatArray

@@ -2,19 +2,33 @@
 
 from __future__ import annotations
 
+import os
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Literal
+from functools import partial
+from typing import Any, Literal
 
-from demospec.causal._find import editor_for, run_trials
+from demospec.causal._find import editor_for, prepared
 from demospec.causal._picture_editor import Source
 from demospec.causal._results import Settings
+from demospec.causal._scene_trials import Collected, SceneTrials
 from demospec.causal._trials import TrialTable
-from demospec.demonstrations import DemonstrationSet, ValidityModel, pictures_in_memory, resample
+from demospec.demonstrations import (
+    DemonstrationSet,
+    ValidityModel,
+    pictures_in_memory,
+    read_set,
+    resample,
+)
 from demospec.errors import InputError
 from demospec.frames import FloatArray
+from demospec.parallel import iterate_tasks
 from demospec.progress import Progress, silent
+from demospec.scene import Scene
+
+SCENES_A_TASK = 2
+"""Scenes of one task: a table of twenty scenes then keeps ten workers busy."""
 
 
 def trials_of_set(
@@ -44,25 +58,86 @@ def trials_of_set(
     Raises:
         InputError: No scene of that split; an unknown type or symbol.
     """
-    settings = settings or Settings()
+    run, skipped, chosen, scenes = _prepared(
+        model, data, symbols, types, split, paths, settings or Settings(), source, catalogue
+    )
+    run.scenes(scenes, progress)
+    table = run.table(skipped)
+    return replace(table, notes=(*table.notes, *_notes(chosen, table)))
+
+
+def trials_of_stored(
+    load: Callable[[], ValidityModel],
+    folder: str | os.PathLike[str],
+    *,
+    symbols: Sequence[str] | None = None,
+    types: Sequence[str] | None = None,
+    split: Literal["train", "test", "all"] = "all",
+    paths: Literal["random", "demonstrations"] = "random",
+    settings: Settings | None = None,
+    source: Source = "auto",
+    catalogue: str | None = None,
+    workers: int = 1,
+    cluster: str | None = None,
+    progress: Progress = silent,
+) -> TrialTable:
+    """As `trials_of_set`, for a model and a set that every worker reads for itself.
+
+    The table is the same, bit for bit, whatever the number of workers.
+
+    Args:
+        load: Gives the model; picklable.
+        folder: The set's, seen by every worker.
+        workers: Processes on this machine.
+        cluster: Address of a Dask scheduler.
+    """
+    made = (symbols, types, split, paths, settings or Settings(), source, catalogue)
+    run, skipped, chosen, scenes = _prepared(load(), read_set(folder), *made)
+    cuts = [(i, i + SCENES_A_TASK) for i in range(0, len(scenes), SCENES_A_TASK)]
+    for part in iterate_tasks(
+        partial(_some_scenes, load, os.fspath(folder), made), cuts,
+        workers=workers, cluster=cluster, progress=progress, what="interventions",
+    ):  # fmt: skip
+        run.take(part)
+    table = run.table(skipped)
+    return replace(table, notes=(*table.notes, *_notes(chosen, table)))
+
+
+def _some_scenes(
+    load: Callable[[], ValidityModel], folder: str, made: tuple[Any, ...], cut: tuple[int, int]
+) -> Collected:
+    run, _, _, scenes = _prepared(load(), read_set(folder), *made)
+    run.scenes(scenes[slice(*cut)])
+    return run.collected()
+
+
+def _prepared(
+    model: ValidityModel,
+    data: DemonstrationSet,
+    symbols: Sequence[str] | None,
+    types: Sequence[str] | None,
+    split: Literal["train", "test", "all"],
+    paths: Literal["random", "demonstrations"],
+    settings: Settings,
+    source: Source,
+    catalogue: str | None,
+) -> tuple[SceneTrials, dict[str, str], DemonstrationSet, Sequence[Scene]]:
     chosen = data if split == "all" else data.of_split(split)
     scenes = pictures_in_memory(chosen).scenes
     editor = editor_for(
         scenes, source=source, catalogue=catalogue, metres_per_unit=data.metres_per_unit
     )
-    wanted = symbols if symbols is not None else (data.symbols or None)
-    table = run_trials(
+    run, skipped = prepared(
         model,
         scenes,
-        wanted,
+        symbols if symbols is not None else (data.symbols or None),
         types,
         settings=settings,
         editor=editor,
         paths=_own_paths(chosen, settings.draws) if paths == "demonstrations" else None,
         skip_absent=symbols is None,
-        progress=progress,
     )
-    return replace(table, notes=(*table.notes, *_notes(chosen, table)))
+    return run, skipped, chosen, scenes
 
 
 def _own_paths(data: DemonstrationSet, draws: int) -> dict[str, list[FloatArray]]:

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
 from demospec.cli._common import (
+    Cluster,
     Json,
     ModelPath,
     Out,
     Seed,
     SetFolder,
+    Workers,
     print_json,
     progress_bar,
     save_json,
@@ -76,6 +79,8 @@ def causes(
         Literal["probability", "verdict"],
         typer.Option(help="Effects on E[p(valid)], or on the share with p > 0.5."),
     ] = "probability",
+    workers: Workers = 1,
+    cluster: Cluster = None,
     seed: Seed = 0,
 ) -> None:
     """Find out which objects matter to which type: add each kind, ask the model again.
@@ -84,8 +89,7 @@ def causes(
     change of p(valid) is at least the minimum effect. The placebo moves bare table and must
     change nothing.
     """
-    from demospec.causal import Settings, estimate, trials_of_set, write_trials
-    from demospec.demonstrations import read_set
+    from demospec.causal import Settings, estimate, trials_of_stored, write_trials
     from demospec.specification import load_model
 
     if relevant_rules is not None and rules is None:
@@ -100,12 +104,12 @@ def causes(
         hide_lists=hide_lists,
         outcome=outcome,
     )
-    data = read_set(set_folder)
-    fitted = load_model(model)
+    if cluster is not None:  # its workers may stand in other folders than we do
+        model, set_folder = model.resolve(), set_folder.resolve()
     with progress_bar() as progress:
-        trials = trials_of_set(
-            fitted,
-            data,
+        trials = trials_of_stored(
+            partial(load_model, model),
+            set_folder,
             symbols=_words(symbols),
             types=_words(types),
             split=split,
@@ -113,15 +117,18 @@ def causes(
             settings=settings,
             source=source,
             catalogue=catalogue,
+            workers=workers,
+            cluster=cluster,
             progress=progress,
         )
     findings = estimate(trials, settings)
     document = findings.to_json()
     if rules is not None:
         from demospec.causal import agreement, rules_of_causes
+        from demospec.demonstrations import read_set
         from demospec.rules import learn_rules, read_rules, rules_document
 
-        known = learn_rules(data) if rules == "learn" else read_rules(rules)
+        known = learn_rules(read_set(set_folder)) if rules == "learn" else read_rules(rules)
         document["agreement"] = agreement(findings, known).to_json()
         if relevant_rules is not None:
             save_json(rules_document(rules_of_causes(known, findings)), relevant_rules)

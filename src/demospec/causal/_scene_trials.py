@@ -1,0 +1,300 @@
+"""All interventions on some scenes, collected for one table."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from demospec.causal._estimate import stable_seed
+from demospec.causal._interventions import Editor, Thing
+from demospec.causal._places import (
+    Region,
+    distance_from_line,
+    draw_controls,
+    free_spots,
+    paths_of,
+    reach,
+    region_of_scene,
+)
+from demospec.causal._results import Settings
+from demospec.causal._trials import Trial, TrialTable
+from demospec.demonstrations import Paths, ValidityModel, fit_bezier
+from demospec.errors import CannotJudgeError
+from demospec.frames import FloatArray
+from demospec.progress import Progress, silent
+from demospec.scene import Scene
+
+CLEAR_ENDS = 0.08
+"""Least distance from what is added to start and goal, as a share of the region's width."""
+GAP = 0.02
+"""Least distance between what is added and every other object, as a share of that width."""
+
+Collected = tuple[
+    list[str], list[FloatArray], list[FloatArray], list[Trial], dict[str, list[tuple[str, int]]],
+    list[str], list[tuple[str, CannotJudgeError]],
+]  # fmt: skip
+"""Scene ids, controls, before, trials, too few places, unlisted scenes, refused scenes."""
+
+
+class SceneTrials:
+    """Collects the trials of one analysis, scene by scene."""
+
+    def __init__(
+        self,
+        model: ValidityModel,
+        editor: Editor,
+        types: tuple[str, ...],
+        symbols: tuple[str, ...],
+        settings: Settings,
+        region: Region,
+        paths: Mapping[str, Sequence[FloatArray]] | None,
+    ) -> None:
+        self.model, self.editor, self.types, self.symbols = model, editor, types, symbols
+        self.settings, self.region, self.paths = settings, region, paths
+        self.scene_ids: list[str] = []
+        self.controls: list[FloatArray] = []
+        self.before: list[FloatArray] = []
+        self.trials: list[Trial] = []
+        self.short: dict[str, list[tuple[str, int]]] = {}
+        self.unlisted: list[str] = []
+        self.refused: list[tuple[str, CannotJudgeError]] = []
+
+    def scenes(self, scenes: Sequence[Scene], progress: Progress = silent) -> None:
+        """All interventions on some scenes; those that cannot be judged are kept apart."""
+        for i, scene in enumerate(scenes):
+            progress("interventions", i, len(scenes))
+            try:
+                self.scene(scene)
+            except CannotJudgeError as error:
+                self.refused.append((scene.scene_id, error))
+        progress("interventions", len(scenes), len(scenes))
+
+    def take(self, part: Collected) -> None:
+        """Adds what was collected elsewhere, on the scenes that follow."""
+        scene_ids, controls, before, trials, short, unlisted, refused = part
+        first = len(self.scene_ids)
+        self.scene_ids += scene_ids
+        self.controls += controls
+        self.before += before
+        self.trials += [replace(t, scene=first + t.scene) for t in trials]
+        for symbol, places in short.items():
+            self.short.setdefault(symbol, []).extend(places)
+        self.unlisted += unlisted
+        self.refused += refused
+
+    def collected(self) -> Collected:
+        """What `take` adds to another."""
+        return (self.scene_ids, self.controls, self.before, self.trials, self.short,
+                self.unlisted, self.refused)  # fmt: skip
+
+    def rng(self, scene: Scene, *words: str) -> np.random.Generator:
+        """A stream of its own for each scene and purpose: the order of symbols is no matter."""
+        return np.random.default_rng(stable_seed(self.settings.seed, scene.scene_id, *words))
+
+    def scene(self, scene: Scene) -> None:
+        """All interventions on one scene; CannotJudgeError leaves nothing behind."""
+        area = region_of_scene(scene, self.region)
+        controls, paths = self._paths(scene, area)
+        if not len(paths):
+            raise CannotJudgeError("paths to judge", "none", row=f"scene {scene.scene_id}")
+        before = self._judge(scene, paths)
+        index = len(self.scene_ids)
+        self.scene_ids.append(scene.scene_id)
+        self.controls.append(controls)
+        self.before.append(before)
+        listed = self.editor.listed(scene)
+        if scene.objects is None:
+            self.unlisted.append(scene.scene_id)
+
+        def trial(
+            kind: str, symbol: str, k: int, at: tuple[float, float], after: Scene, **more: str
+        ) -> None:
+            self.trials.append(
+                Trial(index, kind, symbol, k, at, self._judge(after, paths), **more)  # type: ignore[arg-type]
+            )
+
+        kinds = self.settings.interventions
+        if "add" in kinds:
+            for symbol in self.symbols:
+                self._add(scene, listed, area, symbol, trial)
+        if "remove" in kinds:
+            for k, item in enumerate(scene.objects or ()):
+                trial("remove", item.symbol, k, item.center, self.editor.remove(scene, item.id))
+        if "move" in kinds:
+            self._move(scene, listed, area, trial)
+        if "swap" in kinds:
+            self._swap(scene, listed, area, trial)
+        self._placebo(scene, listed, area, trial)
+
+    def _paths(self, scene: Scene, area: Region) -> tuple[FloatArray, Paths]:
+        if self.paths is not None:
+            given = self.paths.get(scene.scene_id, [])[: self.settings.draws]
+            fitted = [fit_bezier(p[:, :2])[0] for p in given]
+            return np.array(fitted).reshape(-1, 2), given
+        controls = draw_controls(area, self.settings.draws, self.rng(scene, "z_theta"))
+        return controls, paths_of(scene, controls)
+
+    def _judge(self, scene: Scene, paths: Paths) -> FloatArray:
+        """(types, draws) probability of validity."""
+        if self.settings.hide_lists:
+            scene = replace(scene, objects=None, extra=())
+        view = self.model.see(scene)
+        return np.stack([view.p_valid(paths, t) for t in self.types])
+
+    def _spots(
+        self,
+        listed: Scene,
+        area: Region,
+        radius: float,
+        rng: np.random.Generator,
+        without: Sequence[str] = (),
+        n: int | None = None,
+    ) -> FloatArray:
+        width = area.high[0] - area.low[0]
+        clear = self.settings.clear_ends_px
+        return free_spots(
+            listed,
+            area,
+            radius,
+            self.settings.placements if n is None else n,
+            rng,
+            clear_ends_px=CLEAR_ENDS * width if clear is None else clear,
+            gap_px=GAP * width,
+            without=without,
+        )
+
+    def _add(
+        self, scene: Scene, listed: Scene, area: Region, symbol: str, trial: Callable[..., None]
+    ) -> None:
+        """Each placement draws its own item, so that no single item stands for its symbol.
+
+        The places are stratified by how far they lie from the straight line start–goal, which
+        decides most of the effect: the k-th of P comes from the k-th P-tile of free places.
+        Over all P they are uniform over the free table, as unstratified ones would be.
+        """
+        rng = self.rng(scene, "add", symbol)
+        things = self.editor.things(symbol, scene)
+        wanted = self.settings.placements if things else 0
+        done = 0
+        for k in range(wanted):
+            thing = things[int(rng.integers(len(things)))]
+            angle = float(rng.uniform(0, 2 * np.pi))
+            spots = self._spots(listed, area, thing.radius_px(scene), rng, n=8 * wanted)
+            if len(spots):
+                order = np.argsort(distance_from_line(spots, scene), kind="stable")
+                pick = order[int((k + rng.random()) / wanted * len(spots))]
+                at = (float(spots[pick, 0]), float(spots[pick, 1]))
+                after = thing.put(scene, at, angle)
+                trial("add", symbol, k, at, after, source=thing.name)
+                done += 1
+        if done < self.settings.placements:
+            self.short.setdefault(symbol, []).append((scene.scene_id, done))
+
+    def _move(self, scene: Scene, listed: Scene, area: Region, trial: Callable[..., None]) -> None:
+        for k, item in enumerate(scene.objects or ()):
+            rng = self.rng(scene, "move", item.id)
+            spots = self._spots(listed, area, reach(item), rng, without=[item.id], n=1)
+            for x, y in spots:
+                at = (float(x), float(y))
+                trial("move", item.symbol, k, at, self.editor.move(scene, item.id, at))
+
+    def _swap(self, scene: Scene, listed: Scene, area: Region, trial: Callable[..., None]) -> None:
+        """Another symbol where the object stood, wherever something of it fits there."""
+        for k, item in enumerate(scene.objects or ()):
+            bare = None
+            for symbol in self.symbols:
+                if symbol == item.symbol:
+                    continue
+                rng = self.rng(scene, "swap", item.id, symbol)
+                thing = self._fitting(self.editor.things(symbol, scene), listed, item.id, rng)
+                if thing is not None:
+                    bare = bare if bare is not None else self.editor.remove(scene, item.id)
+                    after = thing.put(bare, item.center, float(rng.uniform(0, 2 * np.pi)))
+                    trial("swap", item.symbol, k, item.center, after, onto=symbol,
+                          source=thing.name)  # fmt: skip
+
+    def _fitting(
+        self, things: Sequence[Thing], listed: Scene, gone: str, rng: np.random.Generator
+    ) -> Thing | None:
+        center = np.asarray(next(o.center for o in listed.objects or () if o.id == gone))
+        room = min(
+            [float(o.outline.signed_distance(center)) for o in listed.objects or () if o.id != gone]
+            + [float(np.linalg.norm(center - np.asarray(end[:2])))
+               for end in (listed.start, listed.goal)]
+        )  # fmt: skip
+        for i in rng.permutation(len(things))[:8]:
+            if things[int(i)].radius_px(listed) <= room:
+                return things[int(i)]
+        return None
+
+    def _placebo(
+        self, scene: Scene, listed: Scene, area: Region, trial: Callable[..., None]
+    ) -> None:
+        rng = self.rng(scene, "placebo")
+        radius = 0.06 * (area.high[0] - area.low[0])
+        spots = self._spots(listed, area, radius, rng)
+        done = 0
+        for k, (x, y) in enumerate(spots):
+            at = (float(x), float(y))
+            after = self.editor.placebo(scene, at, rng)
+            if after is not None:
+                trial("placebo", "", k, at, after)
+                done += 1
+        if done < self.settings.placements:
+            self.short.setdefault("", []).append((scene.scene_id, done))
+
+    def table(self, skipped: dict[str, str]) -> TrialTable:
+        """What was collected, with every shortfall stated.
+
+        Raises:
+            CannotJudgeError: No scene could be judged.
+        """
+        if not self.scene_ids:
+            raise self.refused[0][1]
+        return TrialTable(
+            scene_ids=tuple(self.scene_ids),
+            types=self.types,
+            symbols=self.symbols,
+            controls=tuple(self.controls),
+            before=tuple(self.before),
+            trials=tuple(self.trials),
+            notes=tuple(self._notes(skipped)),
+            skipped=skipped,
+        )
+
+    def _notes(self, skipped: dict[str, str]) -> list[str]:
+        refused, n = self.refused, len(self.scene_ids)
+        notes = [f"{symbol}: not added: {why}" for symbol, why in skipped.items()]
+        if refused:
+            ids = _some([scene_id for scene_id, _ in refused])
+            why = refused[0][1]
+            notes.append(
+                f"{len(refused)} of {n + len(refused)} scenes could not be judged ({ids}): "
+                f"expected {why.expected}, found {why.found}; n = {n}"
+            )
+        if self.unlisted:
+            notes.append(
+                f"{len(self.unlisted)} of {n} scenes list no objects ({_some(self.unlisted)}): "
+                "free places are where the pretrained body sees nothing"
+            )
+        for symbol, places in self.short.items():
+            name = symbol or "placebo"
+            none = [scene_id for scene_id, done in places if done == 0]
+            if none:
+                notes.append(
+                    f"{name}: no room in {len(none)} of {n} scenes ({_some(none)}): "
+                    f"n = {n - len(none)}"
+                )
+            few = [done for _, done in places if done > 0]
+            if few:
+                notes.append(
+                    f"{name}: room for fewer than {self.settings.placements} placements in "
+                    f"{len(few)} of {n} scenes (least {min(few)})"
+                )
+        return notes
+
+
+def _some(names: Sequence[str]) -> str:
+    return ", ".join(names[:5]) + (", …" if len(names) > 5 else "")
