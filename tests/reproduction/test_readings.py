@@ -6,7 +6,15 @@ from typing import Any
 
 import pytest
 
-from demospec.reproduction._readings import accuracy_reading, causes_reading, repair_reading
+from demospec.reproduction._page_rules import _optima
+from demospec.reproduction._readings import (
+    ablation_reading,
+    accuracy_reading,
+    causes_reading,
+    repair_reading,
+    transition_reading,
+    unseen_reading,
+)
 
 
 def _repairs(share: float | None, n: int) -> dict[str, Any]:
@@ -50,7 +58,60 @@ def test_the_nearest_reading_of_the_protocol_is_found_not_named_beforehand() -> 
         ("uniform", {"uniform": near, "clustered": far}),
     ):
         words = accuracy_reading(means, "")
-        assert f"is the {name} reading: 99.0%, as printed" in words
+        assert f"is the {name} reading: 99.0\u00a0%, as printed" in words
     split = accuracy_reading({"uniform": (0.72, 0.9), "clustered": (0.95, 0.98)}, "")
     assert "is the clustered reading" in split
     assert "Over both ends the uniform reading is nearer" in split
+
+
+def _rows(full: float, classifier: float, where: str = "seen") -> list[dict[str, Any]]:
+    """Two models, one type, n = 1 and 9; quartiles two points wide."""
+    out = []
+    for model, value in (("full", full), ("classifier", classifier)):
+        for n in (1, 9):
+            row = {"model": model, "n": n, "type": "careful"}
+            for w in ("seen", "unseen"):
+                row |= {f"bacc_{w}": value, f"quartiles_{w}": [value - 0.01, value + 0.01]}
+            out.append(row)
+    return out
+
+
+@pytest.mark.parametrize(
+    ("full", "classifier", "words"),
+    [(0.51, 0.56, "it guesses"), (0.80, 0.81, "less than the quartiles span"),
+     (0.90, 0.80, "bring 10.0 points"), (0.80, 0.90, "10.0 points ahead of the full model")],
+)  # fmt: skip
+def test_the_parts_of_the_papers_model_are_weighed_against_the_spread(
+    full: float, classifier: float, words: str
+) -> None:
+    assert all(words in told for told in ablation_reading(_rows(full, classifier)))
+    assert len(ablation_reading(_rows(full, classifier))) == 2
+
+
+@pytest.mark.parametrize(
+    ("level", "words"), [(0.5, "near guessing"), (0.7, "better than"), (0.95, "most paths")]
+)
+def test_unseen_scenes_are_told_by_their_number(level: float, words: str) -> None:
+    told = unseen_reading(_rows(level, 0.5))
+    assert len(told) == 1  # no field model among them: nothing is said of it
+    assert words in told[0]
+    assert f"{100 * level:.1f}" in told[0]
+
+
+def test_the_transition_names_which_demonstrations_move_which_end() -> None:
+    grid = {"least": [[10, 20], [10, 20]], "most": [[90, 90], [50, 50]]}
+    width = {"counts": [1, 4, 9], "median": [None, 80.0, 30.0]}
+    told = transition_reading({"width": width, "grid": grid})
+    assert "80 with 4, 30 with 9" in told
+    assert "the least L by rejected" in told
+    assert "the greatest L by accepted" in told
+    turned = {k: [list(row) for row in zip(*v, strict=True)] for k, v in grid.items()}
+    assert "the least L by accepted" in transition_reading({"width": width, "grid": turned})
+    nothing = {"counts": [1], "median": [None]}
+    assert "No number" in transition_reading({"width": nothing, "grid": None})
+
+
+def test_a_parameter_on_either_end_of_its_domain_is_flagged() -> None:
+    cells, flags = _optima((36, 37, 37), (59, 135, 159), (1, 100))
+    assert cells == ["(36) 59", "(37†) 135", "(37†) 159†"]
+    assert flags == [True, False, True, True]

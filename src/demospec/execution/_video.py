@@ -74,12 +74,12 @@ def save_strip(
     t = rollout.motion.t
     times = np.linspace(0.0, float(t[-1]), n) if len(t) else np.empty(0)
     frames = render(rollout, plan, scene, times)
-    strip = PIL.Image.new("RGB", (n * _WIDTH, _HEIGHT + 26), "white")
+    strip = PIL.Image.new("RGB", (n * _WIDTH, _HEIGHT + 44), "white")
     draw = PIL.ImageDraw.Draw(strip)
     for i, (at, frame) in enumerate(zip(times, frames, strict=True)):
         strip.paste(PIL.Image.fromarray(frame), (i * _WIDTH, 0))
         words = f"{rollout.robot}, t = {at:.1f} s"
-        draw.text((i * _WIDTH + 8, _HEIGHT + 5), words, fill="black", font_size=14)
+        draw.text((i * _WIDTH + 8, _HEIGHT + 6), words, fill="black", font_size=28)
     with writing_file(path) as temporary:
         strip.save(temporary, format="PNG")
 

@@ -39,9 +39,13 @@ def draw_transition(answer: Mapping[str, Any], path: str | os.PathLike[str]) -> 
             drawn = ax.pcolormesh(
                 _edges(grid["negatives"]), _edges(grid["positives"]), values, cmap="cividis"
             )
-            ax.set(title=f"mean {title}", xlabel="rejected [number]", ylabel="accepted [number]")
+            ax.set(
+                title=f"mean {title} [units]",
+                xlabel="rejected [number]",
+                ylabel="accepted [number]",
+            )
             ax.locator_params(integer=True)
-            figure.colorbar(drawn, ax=ax, label=f"{title} [units of the problem]")
+            figure.colorbar(drawn, ax=ax)
     counts = [c for c, v in zip(width["counts"], width["median"], strict=True) if v is not None]
     ax = axes[-1]
     ax.plot(counts, [v for v in width["median"] if v is not None], "o-", color="#0072b2")

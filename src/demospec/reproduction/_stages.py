@@ -157,7 +157,13 @@ def reproduce_stages(
             which: {m: {t: round(v.valid_share, 4) for t, v in ts.items()} for m, ts in ms.items()}
             for which, ms in maps.items()
         }
-        write_json(folder / "latent.json", {"valid_share_of_the_plane": shares})
+        agreement = {
+            which: {m: {t: _agreement(v, ms["truth"][t]) for t, v in ts.items()}
+                    for m, ts in ms.items()}
+            for which, ms in maps.items()
+        }  # fmt: skip
+        document = {"valid_share_of_the_plane": shares, "agrees_with_truth": agreement}
+        write_json(folder / "latent.json", document)
 
     def repairs(folder: Path, progress: Progress) -> None:
         from demospec.reproduction._pictures import draw_repairs
@@ -220,7 +226,7 @@ def reproduce_stages(
         Stage("set", "simulate demonstrations", simulate, {"c": s.catalogue, "seed": s.seed}),
         Stage("model-paper", "fit the paper's model", fit("paper"), {}, ("set",)),
         Stage("model-field", "fit the field model", fit("field"), {}, ("set",)),
-        Stage("latent.json", "validity maps", latent, {}, ("set", *fits)),
+        Stage("latent.json", "validity maps", latent, {"beside": "truth"}, ("set", *fits)),
         Stage("repairs.json", "repair", repairs, mine, ("set", *fits)),
         Stage("causes.json", "causes", causes, {}, ("set", *fits)),
         Stage("parameters.json", "rule parameters", parameters, rule),
@@ -229,6 +235,11 @@ def reproduce_stages(
         *(Stage(f"accuracy-{r}.json", f"accuracy, {r}", accuracy(r), grid) for r in READINGS),
         Stage("reproduction.html", "write the page", page, {"code": code}, made),
     )
+
+
+def _agreement(found: Any, truth: Any) -> float:
+    """Share of the plane's control points with the truth's verdict."""
+    return round(float(((found.logits > 0) == (truth.logits > 0)).mean()), 4)
 
 
 def _has_robot() -> bool:
