@@ -106,4 +106,4 @@ def studio(small_set: Path) -> Iterator[str]:
     process, address = start_studio(str(small_set))
     yield address
     process.terminate()
-    process.wait(10)
+    process.wait(60)

@@ -5,13 +5,13 @@ from __future__ import annotations
 import io
 import json
 import urllib.request
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import PIL.Image
 import pytest
+from studio_tabs import opened, until
 
 pytestmark = pytest.mark.browser
 
@@ -24,26 +24,12 @@ def address(small_set: Path, tmp_path_factory: pytest.TempPathFactory, serve_stu
     process, address = serve_studio(str(small_set), "--out", str(out))
     yield address
     process.terminate()
-    process.wait(10)
-
-
-def opened(page: Any, address: str, name: str) -> Any:
-    page.goto(f"{address}/{name}")
-    ready = {
-        "teach": "body[data-ready=yes] .counts",
-        "explore": '#explore[data-ready="yes"]',
-        "results": "#take",
-        "docs": ".api-docs section",
-    }
-    page.wait_for_selector(ready[name], timeout=60_000)
-    return page
+    process.wait(60)
 
 
 @pytest.fixture
-def page(browser: Any) -> Iterator[Any]:
-    context = browser.new_context(viewport={"width": 1280, "height": 900}, has_touch=True)
-    yield context.new_page()
-    context.close()
+def page(new_tab: Any) -> Any:
+    return new_tab(has_touch=True)
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
@@ -52,7 +38,7 @@ def test_axe_finds_nothing_serious(page: Any, address: str, scheme: str) -> None
     script = Path(base.AXE_FILE_PATH).read_text(encoding="utf-8")
     page.emulate_media(color_scheme=scheme)
     for name in PAGES:
-        opened(page, address, name).evaluate(script)
+        opened(page, f"{address}/{name}").evaluate(script)
         found = page.evaluate("axe.run(document, {resultTypes: ['violations']})")["violations"]
         serious = [
             (v["id"], [n["html"][:120] for n in v["nodes"]])
@@ -65,7 +51,7 @@ def test_axe_finds_nothing_serious(page: Any, address: str, scheme: str) -> None
 def test_at_200_percent_nothing_is_cut_off(page: Any, address: str) -> None:
     page.set_viewport_size({"width": 640, "height": 450})  # what 1280 × 900 has left at 200 %
     for name in PAGES:
-        opened(page, address, name)
+        opened(page, f"{address}/{name}")
         assert page.evaluate("document.documentElement.scrollWidth <= innerWidth"), name
         cut = page.evaluate(
             "[...document.querySelectorAll('button, select, input, a, h2')].filter(e => {"
@@ -82,16 +68,11 @@ def count(address: str) -> list[Any]:
         return [d["valid"] for d in json.loads(answer.read())["demonstrations"]]
 
 
-def until(page: Any, address: str, wanted: list[Any]) -> None:
-    for _ in range(100):
-        if count(address) == wanted:
-            return
-        page.wait_for_timeout(100)
-    assert count(address) == wanted
-
-
 def test_teaching_by_keyboard_alone(page: Any, address: str) -> None:
-    opened(page, address, "teach")
+    opened(page, f"{address}/teach")
+
+    def shown(*verdicts: bool | None) -> None:
+        until(lambda: count(address) == list(verdicts), lambda: count(address))
 
     def tab_to(selector: str) -> None:
         for _ in range(80):
@@ -108,17 +89,17 @@ def test_teaching_by_keyboard_alone(page: Any, address: str) -> None:
     tab_to("#pen")
     for key in ("Shift+ArrowDown", "ArrowRight", "Enter"):
         page.keyboard.press(key)
-    until(page, address, [None])
+    shown(None)
     page.keyboard.press("a")
-    until(page, address, [True])
+    shown(True)
     page.keyboard.press("u")
-    until(page, address, [None])
+    shown(None)
     page.keyboard.press("Shift+U")
-    until(page, address, [True])
+    shown(True)
     page.keyboard.press("Delete")
-    until(page, address, [])
+    shown()
     page.keyboard.press("Control+z")
-    until(page, address, [True])
+    shown(True)
     before = page.locator(".scene-bar h2").inner_text()
     page.keyboard.press("n")
     page.wait_for_function(
@@ -130,7 +111,7 @@ def test_teaching_by_keyboard_alone(page: Any, address: str) -> None:
 
 
 def test_a_finger_draws_and_replay_runs(page: Any, address: str) -> None:
-    opened(page, address, "teach")
+    opened(page, f"{address}/teach")
     field = page.get_by_label("Type")
     field.fill("finger")
     field.press("Enter")
@@ -153,7 +134,7 @@ def test_a_finger_draws_and_replay_runs(page: Any, address: str) -> None:
 
 
 def test_pictures_broken_huge_and_whole(page: Any, address: str, tmp_path: Path) -> None:
-    opened(page, address, "teach")
+    opened(page, f"{address}/teach")
 
     def bring(name: str, content: bytes) -> None:
         (tmp_path / name).write_bytes(content)
@@ -176,7 +157,6 @@ def test_pictures_broken_huge_and_whole(page: Any, address: str, tmp_path: Path)
     page.wait_for_function("document.querySelector('.scene-bar h2').innerText.includes('table')")
     said("What stands here")
     page.get_by_label("It is a").fill("cup")
-    page.wait_for_timeout(300)
     page.locator("#mark").click()
     box = page.locator("#pen").bounding_box()
     turns = np.linspace(0, 6.2, 20)
