@@ -7,7 +7,7 @@ penalties: this is the rule that people state and planners take.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from math import log
 
@@ -25,12 +25,15 @@ from demospec.rules._clearance_evidence import (
     log_label_evidence,
     margins,
 )
+from demospec.rules._clearance_passes import Passes
+from demospec.rules._clearance_point import is_shared, point_answer
 from demospec.rules._clearance_posterior import (
     INCLUSION,
     SPREAD,
     SPREAD_FROM_CENTER,
     Sharing,
     posterior,
+    thinned,
 )
 from demospec.rules._clearance_space import BoolArray, ClearanceSpace
 from demospec.rules._clearance_subsets import likely_subsets
@@ -106,6 +109,8 @@ def fit_clearance(
     unit: float = 1.0,
     distance: Distance = "footprint",
     others: Sequence[ClearanceFit] = (),
+    passes: Callable[[], Passes] | None = None,
+    trusted: bool = False,
 ) -> ClearanceFit:
     """Which classes matter and how far, from nearest approaches and labels.
 
@@ -123,10 +128,63 @@ def fit_clearance(
         others: Fits of other people at the same tables, who may keep about the same clearance
             (`in_company`); they move the posterior and the point answer within the ends that
             this person's own demonstrations set.
+        passes: Which objects the demonstrations lead past, asked for where distances probably
+            carry error: an object's error is shared by all of them. Without it, errors are
+            taken for independent.
+        trusted: Whether objects are known to stand where they are said to. Then rules that
+            agree with every label are named also where errors of distance would explain the
+            labels more simply.
 
     Raises:
         InputError: Shapes that do not fit, NaN, no demonstration, a symbol twice.
     """
+    seen = weigh(
+        nearest, valid, symbols,
+        sharing=sharing, floor=floor, reach=reach, unit=unit, distance=distance, passes=passes,
+    )  # fmt: skip
+    particles = thinned(seen.particles)
+    if others:
+        particles = in_company(particles, [o.particles for o in others], seen.prior, unit)
+    return seen.answer(particles, trusted)
+
+
+@dataclass(frozen=True)
+class Weighed:
+    """One person's demonstrations, and how likely they make every clearance model.
+
+    Args:
+        particles: The posterior, not thinned.
+    """
+
+    nearest: FloatArray
+    valid: BoolArray
+    names: tuple[str, ...]
+    prior: ClearancePrior
+    distance: Distance
+    exact: bool
+    particles: Particles
+
+    def answer(self, particles: Particles, trusted: bool = False) -> ClearanceFit:
+        """The fit that a posterior of these demonstrations amounts to."""
+        return _answer(
+            self.nearest, self.valid, self.names, particles,
+            self.prior.floor, self.distance, self.exact, trusted,
+        )  # fmt: skip
+
+
+def weigh(
+    nearest: ArrayLike,
+    valid: ArrayLike,
+    symbols: Sequence[str],
+    *,
+    sharing: Sharing,
+    floor: float,
+    reach: float | None,
+    unit: float,
+    distance: Distance,
+    passes: Callable[[], Passes] | None,
+) -> Weighed:
+    """The posterior of one person's clearances. Arguments as of `fit_clearance`."""
     d, ok, names = _checked(nearest, valid, symbols)
     finite = d[np.isfinite(d)]
     top = float(finite.max(initial=floor)) if reach is None else float(reach)
@@ -136,10 +194,8 @@ def fit_clearance(
     spread = (SPREAD if distance == "footprint" else SPREAD_FROM_CENTER) * unit
     prior = ClearancePrior(floor, top, spread)
     members, exact = likely_subsets(d, ok, prior, table, log(INCLUSION))
-    particles = posterior(d, ok, members, prior, table, sharing, unit)
-    if others:
-        particles = in_company(particles, [o.particles for o in others], prior, unit)
-    return _answer(d, ok, names, particles, floor, distance, exact)
+    particles = posterior(d, ok, members, prior, table, sharing, unit, passes)
+    return Weighed(d, ok, names, prior, distance, exact, particles)
 
 
 def _checked(
@@ -170,6 +226,7 @@ def _answer(
     floor: float,
     distance: Distance,
     exact: bool,
+    trusted: bool,
 ) -> ClearanceFit:
     weight = np.exp(particles.log_weight)
     matters = np.isfinite(particles.clearance)
@@ -180,33 +237,18 @@ def _answer(
         (tuple(n for n, m in zip(names, rows[i], strict=True) if m), float(mass[i]))
         for i in order[:10]
     )
-    chosen = rows[order[0]]
-    columns = np.flatnonzero(chosen)
-    mine = group.ravel() == order[0]
-    together = mine & _is_shared(particles)
-    if weight[together].sum() >= 0.5 * weight[mine].sum():
-        mine = together  # probably one clearance: then the answer names one
     space = ClearanceSpace.of(d, ok, floor)
-    # The ends that demonstrations set hold where distances are exact; else what is credible.
-    exactly = float(weight[mine] @ (particles.sigma[mine] == 0)) >= 0.5 * float(weight[mine].sum())
-    hull = space.allows(columns.tolist()) and exactly
-    value, interval = {}, {}
-    for k in columns:
-        column, part = particles.clearance[mine, k], weight[mine]
-        c = float(part @ column / part.sum())
-        if hull:
-            ends = space.interval(columns.tolist(), int(k))
-            c = min(max(c, ends[0]), ends[1])
-        else:
-            ends = _credible(column, part)
-        value[names[k]], interval[names[k]] = c, ends
+    point = point_answer(particles, space, d, ok, trusted)
+    value = {names[k]: float(point.clearance[k]) for k in point.ends}
+    interval = {names[k]: ends for k, ends in point.ends.items()}
     needed = max(value.values(), default=floor)
-    uninformed = tuple(n for k, n in enumerate(names) if not chosen[k] and space.upper[k] >= needed)
+    uninformed = tuple(
+        n for k, n in enumerate(names) if k not in point.ends and space.upper[k] >= needed
+    )
     required = space.required()
     possible = space.upper >= floor
     rule = ClearanceRule(value, interval, uninformed, distance)
-    point = np.array([value.get(n, -np.inf) for n in names])
-    wrong = (margins(d, point[None])[0] >= 0) != ok
+    wrong = (margins(d, point.clearance[None])[0] >= 0) != ok
     return ClearanceFit(
         rule=rule,
         symbols=names,
@@ -218,29 +260,12 @@ def _answer(
             if space.consistent and possible[k] and not required[k] and np.isfinite(d[:, k]).any()
         ),
         consistent=space.consistent,
-        interval_kind="exact" if hull else "95 % credible",
+        interval_kind="exact" if point.exact else "95 % credible",
         contradicted=tuple(np.flatnonzero(wrong).tolist()),
         at_most={n: float(space.upper[k]) for k, n in enumerate(names)},
-        shared=float(weight @ _is_shared(particles)),
+        shared=float(weight @ is_shared(particles)),
         position_noise=float(weight @ particles.sigma),
         exact=exact,
         fewest=space.fewest_classes_bound() if space.consistent else None,
         particles=particles,
     )
-
-
-def _is_shared(particles: Particles) -> BoolArray:
-    """(m,) particles whose classes that matter all have the same clearance."""
-    c = particles.clearance
-    high = c.max(axis=1, initial=-np.inf)
-    low = np.where(np.isfinite(c), c, np.inf).min(axis=1, initial=np.inf)
-    return np.asarray((high == low) | (low == np.inf))
-
-
-def _credible(values: FloatArray, weight: FloatArray) -> tuple[float, float]:
-    """Central 95 % of weighted values."""
-    order = np.argsort(values, kind="stable")
-    total = np.cumsum(weight[order]) / weight.sum()
-    low, high = np.searchsorted(total, (0.025, 0.975))
-    last = len(order) - 1
-    return float(values[order[min(low, last)]]), float(values[order[min(high, last)]])

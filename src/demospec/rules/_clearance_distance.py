@@ -63,6 +63,14 @@ class FlatPaths:
         a, b = self.offsets[low], self.offsets[high]
         return FlatPaths(self.points[a:b], self.offsets[low : high + 1] - a)
 
+    def chosen(self, rows: np.ndarray) -> FlatPaths:
+        """Some of the paths, in this order."""
+        counts = np.diff(self.offsets)[rows]
+        ends = np.cumsum(counts)
+        shift = np.repeat(self.offsets[rows] - (ends - counts), counts)
+        points = self.points[np.arange(int(counts.sum())) + shift]
+        return FlatPaths(points, np.concatenate([[0], ends]).astype(np.int64))
+
 
 def nearest_approach(
     scene: Scene,

@@ -6,21 +6,22 @@ erroneous distances. The priors are here, each with its reason.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable
 from math import log
 from typing import Literal
 
 import numpy as np
 
 from demospec.frames import FloatArray
+from demospec.rules._clearance_errors import Errors, Model
 from demospec.rules._clearance_evidence import (
     ClearancePrior,
     Noise,
     Particles,
     log_sum,
-    noisy_labels,
     shared_evidence,
 )
+from demospec.rules._clearance_passes import Passes
 from demospec.rules._clearance_separate import separate_particles
 from demospec.rules._clearance_space import BoolArray, ClearanceSpace
 from demospec.rules._clearance_subsets import nearest_of
@@ -42,7 +43,7 @@ SPREAD_FROM_CENTER = 15.0
 SEPARATE = 0.1
 """Prior probability that every class has a clearance of its own."""
 
-NOISES = ((0.75, 0.1), (1.5, 0.1), (3.0, 0.1))
+NOISES = ((1.0, 0.1), (2.0, 0.1), (4.0, 0.1))
 """Distance errors (in hundredths of the table) with their prior; the rest is no error."""
 
 _RATES = ((0.002, 0.7), (0.03, 0.3))  # wrong labels beside distance errors
@@ -60,17 +61,22 @@ def posterior(
     table: FloatArray,
     sharing: Sharing,
     unit: float,
+    passes: Callable[[], Passes] | None = None,
 ) -> Particles:
-    """All models weighed: subsets × shared or separate × distance error or none."""
+    """All models weighed: subsets × shared or separate × distance error or none.
+
+    Distance errors are first taken for independent. Where some are then likely and `passes`
+    are given, they are weighed again as errors of objects, shared by all paths past them.
+    """
     sparse = log(INCLUSION) * members.sum(axis=1).astype(np.float64)
     clean = log(1.0 - sum(p for _, p in NOISES))
     score = sparse + _log_evidence(d, ok, members, prior, table)
-    parts: list[Particles] = []
+    models: list[Model] = []
     rates = tuple(rate for rate, _ in _RATES)
-    noises = [
+    noises = tuple(
         Noise(sigma * unit, rates, tuple(log(p) + log(share) for _, share in _RATES))
         for sigma, p in NOISES
-    ]
+    )
     every = np.isfinite(d).any(axis=0)  # "everything" is a short description too
     row = np.flatnonzero((members == every).all(axis=1))
     if len(row) and every.sum() > EVERYTHING:
@@ -83,23 +89,26 @@ def posterior(
     mass, low, high = shared_evidence(prior.share(near), ok, table)
     weight = np.exp(mass[0] - mass[0].max())
     start = float(weight @ prior.clearance((low[0] + high[0]) / 2) / weight.sum())
+    errors = Errors(prior, noises, start, unit)
     for i, s in enumerate(kept.tolist()):
         share = _share_prior(sharing, bool(members[s].sum() <= 1))
         if share == -np.inf:
             continue
         part = _hard(members[s], mass[i], low[i], high[i], prior)
-        parts.append(part.scaled(sparse[s] + clean + share))
+        models.append(Model(members[s], part, sparse[s] + clean + share))
         if i < _CLOSER_LOOK:
-            part = _soft(members[s], near[i], ok, prior, noises, start, unit)
-            parts.append(part.scaled(sparse[s] + share))
+            part = errors.independent(members[s], near[i], ok)
+            models.append(Model(members[s], part, sparse[s] + share))
     if sharing != "shared":
         split = log(SEPARATE) if sharing == "average" else 0.0
         for s in _split_candidates(d, ok, members, score, prior.floor):
             chosen = np.flatnonzero(members[s]).tolist()
             part = separate_particles(d, ok, chosen, prior, table, noises, clean, start)
-            parts.append(part.scaled(sparse[s] + split))
-    joined = Particles.joined(parts)
-    return _thinned(joined.scaled(-log_sum(joined.log_weight)))
+            models.append(Model(members[s], part, sparse[s] + split))
+    if passes is not None:
+        models = errors.of_objects(models, d, ok, passes)
+    joined = Particles.joined([model.weighed for model in models])
+    return joined.scaled(-log_sum(joined.log_weight))
 
 
 def _log_evidence(
@@ -152,35 +161,7 @@ def _hard(
     )
 
 
-def _soft(
-    member: BoolArray,
-    near: FloatArray,
-    ok: BoolArray,
-    prior: ClearancePrior,
-    noises: Sequence[Noise],
-    start: float,
-    unit: float,
-) -> Particles:
-    """One shared clearance, distances with error: a grid about the best clearance."""
-    if member.any():
-        low, high = max(prior.floor, start - 10 * unit), min(prior.reach, start + 10 * unit)
-        edges = np.linspace(low, max(high, low + 1e-9 * unit), 81)
-        middle = (edges[1:] + edges[:-1]) / 2
-        log_width = np.log(np.diff(prior.share(edges)) + 1e-300)
-    else:
-        middle, log_width = np.array([prior.floor]), np.zeros(1)
-    gap = near[None, :] - middle[:, None]
-    clearance = np.where(member, middle[:, None], -np.inf)
-    parts = []
-    for noise in noises:
-        likelihoods = noisy_labels(gap, ok, noise.sigma, noise.rates)
-        for likelihood, log_case in zip(likelihoods, noise.log_prior, strict=True):
-            weight = likelihood + log_case + log_width
-            parts.append(Particles(weight, clearance, np.full(len(middle), noise.sigma)))
-    return Particles.joined(parts)
-
-
-def _thinned(particles: Particles) -> Particles:
+def thinned(particles: Particles) -> Particles:
     """The same posterior with at most `_MOST_PARTICLES`, evenly resampled beyond that."""
     weight = np.exp(particles.log_weight)
     keep = np.flatnonzero(weight > 1e-7 * weight.max())

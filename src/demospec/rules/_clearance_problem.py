@@ -15,6 +15,7 @@ from demospec.errors import InputError
 from demospec.frames import FloatArray
 from demospec.rules._clearance import ClearanceFit, fit_clearance
 from demospec.rules._clearance_distance import Distance, nearest_approach
+from demospec.rules._clearance_passes import Passes, passes
 from demospec.rules._clearance_posterior import Sharing
 from demospec.rules._problem_fields import unread_fields
 from demospec.scene import Disc, Polygon, Scene, SceneObject
@@ -57,6 +58,19 @@ class ClearanceProblem:
                 )
         return out
 
+    def passes(self) -> Passes:
+        """Which objects the trajectories lead past."""
+        parts = []
+        for s, scene in enumerate(self.scenes):
+            rows = np.array([i for i, at in enumerate(self.scene_of) if at == s], dtype=np.int64)
+            if len(rows):
+                found = passes(
+                    scene, [self.paths[i] for i in rows], self.symbols,
+                    distance=self.distance, unit=self.unit,
+                )  # fmt: skip
+                parts.append((rows, found))
+        return Passes.joined(parts)
+
     @property
     def unit(self) -> float:
         """A hundredth of the extent of everything shown."""
@@ -65,7 +79,11 @@ class ClearanceProblem:
 
 
 def solve_clearance(problem: ClearanceProblem) -> ClearanceFit:
-    """The posterior of a clearance problem; InputError where it has no trajectory."""
+    """The posterior of a clearance problem; InputError where it has no trajectory.
+
+    Its objects stand where it says (`fit_clearance`, ``trusted``): whoever writes a problem has
+    measured them.
+    """
     if not problem.paths:
         raise InputError("at least one trajectory", "none", field="trajectories")
     return fit_clearance(
@@ -75,6 +93,8 @@ def solve_clearance(problem: ClearanceProblem) -> ClearanceFit:
         sharing=problem.sharing,
         unit=problem.unit,
         distance=problem.distance,
+        passes=problem.passes,
+        trusted=True,
     )
 
 

@@ -68,7 +68,7 @@ def separate_particles(
             break
     drawn = np.empty((_POINTS, len(columns)))
     log_q = np.zeros(_POINTS)
-    smear = 4 * max((noise.sigma for noise in noises), default=0.0)
+    smear = 3 * max((noise.sigma for noise in noises), default=0.0)
     for j in range(len(columns)):
         mass, low, high = _conditional(shares, valid, current, j, table)
         center = prior.clearance(current[j])

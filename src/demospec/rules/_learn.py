@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -13,8 +14,10 @@ from demospec.demonstrations import DemonstrationSet
 from demospec.errors import CannotJudgeError, InputError
 from demospec.frames import FloatArray, describe_length
 from demospec.progress import Progress, silent
-from demospec.rules._clearance import ClearanceFit, fit_clearance
+from demospec.rules._clearance import ClearanceFit
 from demospec.rules._clearance_distance import Distance, nearest_approach
+from demospec.rules._clearance_passes import Passes, passes
+from demospec.rules._clearance_people import Shown, fit_people
 from demospec.rules._clearance_posterior import Sharing
 from demospec.rules._influence_rule import influence_answer, influence_words
 from demospec.rules._results import RuleSet, TypeRules
@@ -171,19 +174,36 @@ def learn_rules(
     for name in data.types:
         if name not in present and present != [ANYONE]:
             notes.append(f"no demonstration to learn from for type {name}")
-    for i, name in enumerate(present):
-        mine = seen.type == name
-        fit = fit_clearance(
+    of_type = {name: seen.type == name for name in present}
+    people = {
+        name: Shown(
             seen.nearest[mine],
             seen.valid[mine],
-            data.symbols,
-            sharing=sharing,
-            unit=unit,
-            distance=distance,
+            partial(passes_of, data, seen.rows[mine], distance, unit),
         )
+        for name, mine in of_type.items()
+    }
+    fits = fit_people(people, data.symbols, sharing=sharing, unit=unit, distance=distance)
+    for i, (name, fit) in enumerate(fits.items()):
+        mine = of_type[name]
         rules[name] = _type_rules(data, seen, mine, fit, settings or {}, influence)
         progress("rules", i + 1, len(present))
     return RuleSet(rules, data.units, data.metres_per_unit, tuple(notes))
+
+
+def passes_of(
+    data: DemonstrationSet, rows: NDArray[np.int64], distance: Distance, unit: float
+) -> Passes:
+    """Which objects some demonstrations (rows, ascending) lead past; their scenes list theirs."""
+    scenes = data.demonstrations.scene_id[rows]
+    parts = []
+    for scene_id in dict.fromkeys(scenes.tolist()):
+        mine = np.flatnonzero(scenes == scene_id)
+        paths = data.demonstrations.paths_xy(rows[mine])
+        scene = data.scene(scene_id)
+        found = passes(scene, paths, data.symbols, distance=distance, unit=unit)
+        parts.append((mine, found))
+    return Passes.joined(parts)
 
 
 def hundredth(data: DemonstrationSet) -> float:

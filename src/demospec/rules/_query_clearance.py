@@ -13,7 +13,7 @@ from demospec.errors import InputError
 from demospec.frames import FloatArray
 from demospec.rules._clearance import ClearanceFit
 from demospec.rules._clearance_distance import Distance, nearest_approach
-from demospec.rules._clearance_evidence import SLOPE, Particles, margins
+from demospec.rules._clearance_evidence import SLOPE, Particles, log_sum, margins
 from demospec.rules._clearance_problem import ClearanceProblem, solve_clearance
 from demospec.scene import Scene
 
@@ -93,21 +93,27 @@ def best_clearance_path(
         word = "no path of the pool tells the remaining clearances apart"
         return Query("settled", bits=gain, total=now, exact=False, note=word, type=type)
     scene = next(s for n, s, _ in chosen if n == best[1])
-    points = np.round(best[2], 1) + 0.0
-    near = nearest_approach(scene, points[None], fit.symbols, distance=distance)
-    bits, p = path_bits(fit.particles, near)
-    left = []
+    # A tenth of a hundredth of the table reads well, unless what is left lies closer together.
+    for points in (np.round(best[2], 1 - int(np.floor(np.log10(unit)))) + 0.0, best[2]):
+        near = nearest_approach(scene, points[None], fit.symbols, distance=distance)
+        bits, p = path_bits(fit.particles, near)
+        if bits[0] >= SETTLED_BITS:
+            break
     accept = _accepts(fit.particles, near)[:, 0]
-    for share in (accept, 1.0 - accept):
-        with np.errstate(divide="ignore"):
-            weight = fit.particles.log_weight + np.log(share)
-        weight = weight - np.log(np.exp(weight).sum())
-        left.append(
-            distinguishable(Particles(weight, fit.particles.clearance, fit.particles.sigma), unit)
-        )
+    left = [_left(fit.particles, share, unit) for share in (accept, 1.0 - accept)]
     return Query(
         "ask", best[1], points, left[0], left[1], float(bits[0]), float(p[0]), now, False, "", type
     )
+
+
+def _left(particles: Particles, share: FloatArray, unit: float) -> float:
+    """Effective number of rules after an answer with these likelihoods; 0 if it cannot come."""
+    with np.errstate(divide="ignore"):
+        weight = particles.log_weight + np.log(share)
+    total = log_sum(weight)
+    if total == -np.inf:
+        return 0.0
+    return distinguishable(Particles(weight - total, particles.clearance, particles.sigma), unit)
 
 
 def _controls(

@@ -1,0 +1,160 @@
+"""Distances measured with error: of every demonstration on its own, or of every object.
+
+Errors are first taken for independent, which needs no more than the distances. Where they are
+then likely enough to matter, they are taken for what they are: an object's position is wrong,
+for all demonstrations past it alike (`_clearance_offsets`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from demospec.frames import FloatArray
+from demospec.rules._clearance_evidence import (
+    ClearancePrior,
+    Noise,
+    Particles,
+    log_sum,
+    noisy_labels,
+)
+from demospec.rules._clearance_offsets import offset_labels
+from demospec.rules._clearance_passes import Passes
+from demospec.rules._clearance_space import BoolArray
+from demospec.rules._clearance_subsets import nearest_of
+
+NOTICED = 0.05
+"""Posterior probability of errors from which their kind is looked into."""
+
+_RIVALS = 9.0
+"""Sets of classes less likely than the best by more than this (log odds) are left as they are."""
+
+_REACH = 10.0  # hundredths of the table about the likeliest clearance
+_CELLS = 80
+
+
+@dataclass(frozen=True)
+class Model:
+    """Part of the posterior: a set of classes, with one clearance or one each.
+
+    Args:
+        member: (K,) classes that matter.
+        particles: Weighed by their likelihood and the prior of what differs between them.
+        log_prior: Of the model.
+    """
+
+    member: BoolArray
+    particles: Particles
+    log_prior: float
+
+    @property
+    def weighed(self) -> Particles:
+        return self.particles.scaled(self.log_prior)
+
+
+@dataclass(frozen=True)
+class Errors:
+    """What the models with distance errors have in common.
+
+    Args:
+        prior: Of a clearance.
+        noises: Sizes of error to weigh.
+        start: The likeliest clearance without error.
+        unit: A hundredth of the table.
+    """
+
+    prior: ClearancePrior
+    noises: tuple[Noise, ...]
+    start: float
+    unit: float
+
+    def independent(self, member: BoolArray, near: FloatArray, valid: BoolArray) -> Particles:
+        """One clearance for some classes; every demonstration's distance has its own error.
+
+        Args:
+            near: (n,) nearest approach to any of the classes.
+        """
+
+        def labels(clearance: FloatArray, noise: Noise) -> list[FloatArray]:
+            gap = near[None, :] - clearance[:, None]
+            return noisy_labels(gap, valid, noise.sigma, noise.rates)
+
+        return self._grid(member, labels)
+
+    def of_objects(
+        self,
+        models: Sequence[Model],
+        nearest: FloatArray,
+        valid: BoolArray,
+        passes: Callable[[], Passes],
+    ) -> list[Model]:
+        """The same models, with independent errors replaced by errors of the objects.
+
+        Models with one clearance each are weighed by what the replacement does to those of the
+        same classes with one for all: the sum over errors is only made for the latter.
+        """
+        if valid.all():  # nothing is known to matter, wherever the objects stand
+            return list(models)
+        everything = Particles.joined([model.weighed for model in models])
+        most = log_sum(everything.log_weight)
+        if log_sum(everything.log_weight[everything.sigma > 0]) - most < np.log(NOTICED):
+            return list(models)
+        out = []
+        grids: dict[bytes, tuple[Particles, Particles]] = {}
+        for model in models:
+            part, member = model.particles, model.member
+            likely = log_sum(part.log_weight) + model.log_prior > most - _RIVALS
+            if not likely or not part.sigma.any():
+                out.append(model)
+                continue
+            if member.tobytes() not in grids:
+                near = nearest_of(member[None], nearest)[0]
+                before = self.independent(member, near, valid)
+                grids[member.tobytes()] = before, self._by_objects(member, valid, passes())
+            before, after = grids[member.tobytes()]
+            if not part.sigma.all():  # one clearance each, with errors and without
+                weight = part.log_weight.copy()
+                for size in (noise.sigma for noise in self.noises):
+                    weight[part.sigma == size] += _mass(after, size) - _mass(before, size)
+                after = replace(part, log_weight=weight)
+            out.append(replace(model, particles=after))
+        return out
+
+    def _by_objects(self, member: BoolArray, valid: BoolArray, passes: Passes) -> Particles:
+        """One clearance for some classes; every object's position has an error."""
+
+        def labels(clearance: FloatArray, noise: Noise) -> list[FloatArray]:
+            return offset_labels(passes, valid, member, clearance, noise.sigma, noise.rates)
+
+        return self._grid(member, labels)
+
+    def _grid(self, member: BoolArray, labels: Labels) -> Particles:
+        """One shared clearance: a grid about the likeliest."""
+        prior, unit = self.prior, self.unit
+        if member.any():
+            low = max(prior.floor, self.start - _REACH * unit)
+            high = min(prior.reach, self.start + _REACH * unit)
+            edges = np.linspace(low, max(high, low + 1e-9 * unit), _CELLS + 1)
+            middle = (edges[1:] + edges[:-1]) / 2
+            log_width = np.log(np.diff(prior.share(edges)) + 1e-300)
+        else:
+            middle, log_width = np.array([prior.floor]), np.zeros(1)
+        clearance = np.where(member, middle[:, None], -np.inf)
+        parts = []
+        for noise in self.noises:
+            for likelihood, log_case in zip(labels(middle, noise), noise.log_prior, strict=True):
+                weight = likelihood + log_case + log_width
+                parts.append(Particles(weight, clearance, np.full(len(middle), noise.sigma)))
+        return Particles.joined(parts)
+
+
+Labels = Callable[[FloatArray, Noise], list[FloatArray]]
+"""(m,) ascending clearances shared by the classes that matter → for each rate of wrong labels
+(m,) log P(labels)."""
+
+
+def _mass(particles: Particles, sigma: float) -> float:
+    """Log of the weight with one size of error."""
+    return log_sum(particles.log_weight[particles.sigma == sigma])

@@ -1,0 +1,90 @@
+"""Labels where every object stands somewhat elsewhere than its list says.
+
+The error of an object's position is normal, with standard deviation σ in both directions, and
+one and the same for all demonstrations past it. Given the errors of one scene, its labels
+follow; so the likelihood of a scene is a mean over errors, and that of a set a product over
+scenes. Taking the errors of different demonstrations for independent would count each
+object's error as often as paths lead past it, and be far too sure.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import lru_cache
+
+import numpy as np
+
+from demospec.frames import FloatArray
+from demospec.rules._clearance_passes import Passes
+from demospec.rules._clearance_space import BoolArray
+
+_DRAWS = 128
+
+
+def offset_labels(
+    passes: Passes,
+    valid: BoolArray,
+    member: BoolArray,
+    clearance: FloatArray,
+    sigma: float,
+    rates: Sequence[float],
+) -> list[FloatArray]:
+    """For each rate of wrong labels, (m,) log P(labels) at clearances shared by some classes.
+
+    Args:
+        passes: Of the n demonstrations.
+        valid: (n,) labels.
+        member: (K,) classes that matter.
+        clearance: (m,) ascending.
+        sigma: Standard deviation of an object's position, each direction, set units.
+        rates: Of wrong labels.
+    """
+    draws = _draws(int(passes.thing.max(initial=-1)) + 1)
+    m, n = len(clearance), len(valid)
+    # An object that no error of four σ brings within the largest clearance changes nothing.
+    near = member[passes.column] & (passes.gap < clearance[-1] + 4 * sigma)
+    demo = passes.demo[near]
+    least = np.full((n, _DRAWS), np.inf)
+    if len(demo):
+        error, up = sigma * draws[passes.thing[near]], passes.away[near]
+        farther = -(up[:, :1] * error[:, 0] + up[:, 1:] * error[:, 1])
+        above, below = passes.slope[near, :1], passes.slope[near, 1:]
+        moved = passes.gap[near, None] + farther * np.where(farther > 0, above, below)
+        first = np.flatnonzero(np.concatenate([[True], demo[1:] != demo[:-1]]))
+        least[demo[first]] = np.minimum.reduceat(moved, first, axis=0)
+    # How many of the clearances a demonstration keeps: an accepted one contradicts the others,
+    # a rejected one those.
+    kept = np.searchsorted(clearance, least.ravel(), side="right").reshape(least.shape)
+    names, table = np.unique(passes.table, return_inverse=True)
+    tables = len(names)
+    column = table[:, None] * _DRAWS + np.arange(_DRAWS)
+    key, cells = kept * (tables * _DRAWS) + column, (m + 1) * tables * _DRAWS
+    step = np.bincount(key[valid].ravel(), minlength=cells)
+    step -= np.bincount(key[~valid].ravel(), minlength=cells)
+    wrong = step.reshape(m + 1, tables, _DRAWS)[:m]
+    wrong[0] += np.bincount(table[~valid], minlength=tables)[:, None]
+    np.cumsum(wrong, axis=0, out=wrong)
+    # Of each clearance and table, how many draws contradict 0, 1, … of its labels.
+    most = int(np.bincount(table, minlength=tables).max(initial=0)) + 1
+    wrong += (np.arange(m * tables) * most).reshape(m, tables, 1)
+    share = np.bincount(wrong.ravel(), minlength=m * tables * most).reshape(m, tables, most)
+    odds = (np.array(rates) / (1.0 - np.array(rates)))[:, None] ** np.arange(most)
+    with np.errstate(divide="ignore"):  # odds of very many contradictions are 0
+        mean = np.log(share @ odds.T / _DRAWS).sum(axis=1)
+    return [mean[:, i] + n * np.log1p(-rate) for i, rate in enumerate(rates)]
+
+
+@lru_cache(maxsize=8)
+def _draws(things: int) -> FloatArray:
+    """(things, 2, `_DRAWS`) standard normal errors, evenly spread; always the same.
+
+    A spiral: equal shares of the distances from 0, turned by the golden angle. Each object has
+    them in an order and a turn of its own, so that the errors of two objects are unrelated.
+    """
+    rng = np.random.default_rng(0)
+    share = (np.arange(_DRAWS) + 0.5) / _DRAWS
+    far = np.sqrt(-2.0 * np.log1p(-share))
+    angle = np.arange(_DRAWS) * (np.pi * (3.0 - np.sqrt(5.0)))
+    order = np.argsort(rng.random((things, _DRAWS)), axis=1)
+    turned = angle[order] + rng.uniform(0, 2 * np.pi, (things, 1))
+    return np.stack([far[order] * np.cos(turned), far[order] * np.sin(turned)], axis=1)
