@@ -11,10 +11,7 @@ from demospec.demonstrations import DemonstrationSet
 from demospec.errors import InputError
 from demospec.planning._constraint import Plannable
 from demospec.planning._seen import SeeingModel
-from demospec.rules import RuleSet, TypeRules
-
-ANYONE = "anyone"
-"""Name of the one type of an influence answer, which does not name one."""
+from demospec.rules import ANYONE, RuleSet, TypeRules
 
 
 def read_plannable(path: str | os.PathLike[str], data: DemonstrationSet | None = None) -> Plannable:
@@ -41,11 +38,7 @@ def read_plannable(path: str | os.PathLike[str], data: DemonstrationSet | None =
         read = _model(file)
     else:
         document = read_json(file)
-        if isinstance(document, dict) and "types" not in document:
-            document = _of_anyone(document, file)
-        if not isinstance(document, RuleSet):
-            document = rules_from_document(document, file=file)
-        read = document
+        read = _without_settings(document, file) or rules_from_document(document, file=file)
     if data is None:
         return read
     if isinstance(read, RuleSet):
@@ -54,20 +47,15 @@ def read_plannable(path: str | os.PathLike[str], data: DemonstrationSet | None =
     return read
 
 
-def _of_anyone(document: dict[str, Any], file: Path) -> dict[str, Any] | RuleSet:
-    """The answer of ``rules PROBLEM`` as a rule of one type; other documents as they are."""
-    if document.get("family") == "clearance" and "value" in document:
-        settings = document.get("settings")
-        distance = settings.get("distance") if isinstance(settings, dict) else None
-        rule = {**document, "distance": distance or "footprint"}
-        return {"types": {ANYONE: {"clearance": rule}}}
-    if "hull" not in document:
-        return document
-    if document.get("status") == "infeasible":
-        expected = "an answer to plan with (its `conflict` says why there is none)"
-        raise InputError(expected, "infeasible", file=file, field="status")
-    if "settings" in document:
-        return {"types": {ANYONE: {"influence": document}}}
+def _without_settings(document: Any, file: Path) -> RuleSet | None:
+    """An influence answer that says its hull alone: too little to judge by, not to keep out of.
+
+    None for other documents.
+    """
+    if not isinstance(document, dict) or "hull" not in document or "settings" in document:
+        return None
+    if "types" in document or document.get("status") == "infeasible":
+        return None
     hull = document["hull"]
     if not isinstance(hull, dict) or not {"T_min", "radius"} <= hull.keys():
         raise InputError("T_min and radius", hull, file=file, field="hull")

@@ -9,7 +9,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 from demospec.rules._clearance_distance import nearest_approach
-from demospec.rules._results import ClearanceRule, RuleSet, RuleView, TypeRules
+from demospec.rules._results import ANYONE, ClearanceRule, RuleSet, RuleView, TypeRules
 
 if TYPE_CHECKING:
     from demospec.rules._answer import InfluenceAnswer, describe_influence
@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from demospec.rules._sweep_grid import ThresholdGrid, WidthCurve, threshold_grid, width_curve
 
 __all__ = [
+    "ANYONE",
     "Query",
     "next_query",
     "query_file",

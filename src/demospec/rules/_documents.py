@@ -11,7 +11,7 @@ from typing import Any, cast
 from demospec.errors import InputError
 from demospec.files import read_json
 from demospec.rules._clearance_distance import Distance
-from demospec.rules._results import ClearanceRule, RuleSet, TypeRules
+from demospec.rules._results import ANYONE, ClearanceRule, RuleSet, TypeRules
 
 
 def rules_document(rules: RuleSet) -> dict[str, Any]:
@@ -56,7 +56,8 @@ def read_rules(path: str | os.PathLike[str]) -> RuleSet:
     The least there may be is
     ``{"types": {"careful": {"clearance": {"relevant": ["glass"], "value": {"glass": 3.0}}}}}``;
     ``relevant`` may be left out (then every symbol with a value matters). A type with an
-    ``influence`` answer alone is judged by that rule, with exact integers.
+    ``influence`` answer alone is judged by that rule, with exact integers. The answer of
+    ``rules PROBLEM``, of either family, is taken for the rule of one type, `ANYONE`.
 
     Raises:
         InputError: One line with file, field, what was expected and what came.
@@ -75,6 +76,8 @@ def rules_from_document(document: Any, *, file: str | os.PathLike[str] | None = 
 
 def _rule_set(document: Any) -> RuleSet:
     top = _mapping(document, None)
+    if "types" not in top and ("hull" in top or top.get("family") == "clearance"):
+        top = {"types": {ANYONE: _single_answer(top)}}
     if "types" not in top:
         raise InputError("rules by user type", _keys(top), field="types")
     types = _mapping(top["types"], "types")
@@ -97,6 +100,17 @@ def _rule_set(document: Any) -> RuleSet:
             raise InputError("type names that are not empty", "''", field="types")
         rules[name] = _type_rules(_mapping(entry, f"types.{name}"), f"types.{name}")
     return RuleSet(rules, units, scale, tuple(notes))
+
+
+def _single_answer(answer: Mapping[str, Any]) -> dict[str, Any]:
+    """The answer to one problem as the rules of one type."""
+    if answer.get("family") == "clearance":
+        settings = _mapping(answer.get("settings", {}), "settings")
+        return {"clearance": {"distance": settings.get("distance", "footprint"), **answer}}
+    if answer.get("status") == "infeasible":
+        expected = "an answer with parameters (its `conflict` says why there are none)"
+        raise InputError(expected, "infeasible", field="status")
+    return {"influence": answer}
 
 
 def _type_rules(entry: Mapping[str, Any], at: str) -> TypeRules:

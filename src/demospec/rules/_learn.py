@@ -20,7 +20,7 @@ from demospec.rules._clearance_passes import Passes, passes
 from demospec.rules._clearance_people import Shown, fit_people
 from demospec.rules._clearance_posterior import Sharing
 from demospec.rules._influence_rule import influence_answer, influence_words
-from demospec.rules._results import RuleSet, TypeRules
+from demospec.rules._results import ANYONE, RuleSet, TypeRules
 from demospec.rules._words import clearance_words, listed, plural
 
 F_MAX = 60
@@ -28,9 +28,6 @@ F_MAX = 60
 
 Measure = Callable[..., FloatArray]
 """Called as `nearest_approach` is."""
-
-ANYONE = "anyone"
-"""Name of the one type of a set in which no demonstration has a type."""
 
 
 @dataclass(frozen=True)

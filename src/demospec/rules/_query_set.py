@@ -8,9 +8,10 @@ from demospec.demonstrations import DemonstrationSet
 from demospec.errors import InputError
 from demospec.rules._clearance import fit_clearance
 from demospec.rules._clearance_distance import nearest_approach
-from demospec.rules._learn import ANYONE, Measure, approaches, hundredth
+from demospec.rules._learn import Measure, approaches, hundredth
 from demospec.rules._query import Query
 from demospec.rules._query_clearance import best_clearance_path
+from demospec.rules._results import ANYONE
 
 
 def query_set(

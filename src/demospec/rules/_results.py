@@ -21,6 +21,10 @@ from demospec.rules._clearance_distance import (
 )
 from demospec.scene import Scene
 
+ANYONE = "anyone"
+"""Name of the one type where none is named: of a set in which no demonstration has a type, and of
+the answer to a single problem."""
+
 LARGEST_LOGIT = 1e6
 """The logit of a path that nothing in the scene can invalidate."""
 
