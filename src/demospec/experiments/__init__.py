@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 from demospec.experiments._stages import RunRecord, Stage, code_key, run_stages
 
 if TYPE_CHECKING:
-    from demospec.experiments._ablation import GridSettings, grid_table, run_grid
+    from demospec.experiments._ablation import GridSettings, run_grid
+    from demospec.experiments._grid_table import grid_table
     from demospec.experiments._split import PicturesOnly, hold_out, without_objects
     from demospec.experiments._studies import accuracy_study, plan_study, repair_study
 
@@ -32,7 +33,7 @@ _HOME = {
     "GridSettings": "_ablation",
     "PicturesOnly": "_split",
     "accuracy_study": "_studies",
-    "grid_table": "_ablation",
+    "grid_table": "_grid_table",
     "hold_out": "_split",
     "plan_study": "_studies",
     "repair_study": "_studies",

@@ -20,11 +20,17 @@ def render_html(report: Report) -> str:
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
+        finalize=_whole_numbers,
     )
     environment.tests["text"] = lambda block: isinstance(block, Text)
     environment.tests["table"] = lambda block: isinstance(block, Table)
     environment.filters["inline"] = _inline
     return environment.get_template("report.html.j2").render(report=report)
+
+
+def _whole_numbers(value: Any) -> Any:
+    """Words in which no line ends between a number and its per cent sign."""
+    return value.replace(" %", "\u00a0%") if type(value) is str else value
 
 
 def _inline(figure: Figure) -> str:
@@ -55,7 +61,7 @@ def write_markdown(report: Report, folder: Path) -> Path:
                     name = f"figure-{count}.png"
                     (root / name).write_bytes(block.png)
                     lines += [f"![{block.alt}]({name})", "", f"*{block.caption}*", ""]
-        (root / "report.md").write_text("\n".join(lines), encoding="utf-8")
+        (root / "report.md").write_text(_whole_numbers("\n".join(lines)), encoding="utf-8")
     return folder / "report.md"
 
 

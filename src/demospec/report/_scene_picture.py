@@ -21,11 +21,14 @@ NEUTRAL = "#000000"
 """Okabe–Ito blue and vermillion: told apart by colour-blind readers, and by line style in grey."""
 
 
-def new_figure(columns: int, rows: int = 1, size_in: float = 2.6) -> tuple[MplFigure, list[Axes]]:
-    """A figure with a grid of square panels, row by row."""
+def new_figure(
+    columns: int, rows: int = 1, size_in: float = 2.6, title_lines: int = 1
+) -> tuple[MplFigure, list[Axes]]:
+    """A figure with a grid of square panels, row by row, and room for their titles."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(columns * size_in, rows * (size_in + 0.25)), layout="constrained")
+    height = rows * (size_in + 0.1 + 0.17 * title_lines)
+    figure = Figure(figsize=(columns * size_in, height), layout="constrained")
     axes = figure.subplots(rows, columns, squeeze=False)
     return figure, [ax for row in axes for ax in row]
 

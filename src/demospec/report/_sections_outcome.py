@@ -104,7 +104,8 @@ def _plan_pictures(run: Run, types: list[str]) -> Figure | None:
             draw_path(ax, np.asarray(found[scene.scene_id, type_]["points"]), True, linewidth=2)
     return Figure(
         to_png(figure),
-        "Plans (blue) over the cost map (orange: inside a clearance to keep) for each type.",
+        "Plans (blue line from circle to star) over the cost map (orange about an object: inside a "
+        "clearance to keep) for each type.",
         "Top-down scenes with cost maps and planned paths.",
     )
 
@@ -273,13 +274,13 @@ def _repair_picture(run: Run) -> Figure | None:
     picked = picked[:4]
     if not picked:
         return None
-    figure, axes = new_figure(len(picked))
+    figure, axes = new_figure(len(picked), title_lines=2)
     for ax, (model, type_, example) in zip(axes, picked, strict=True):
         scene = run.data.scene(example["scene"])
         outcome = "true rule accepts" if example["rule_valid"] else "true rule rejects"
         draw_scene(ax, scene, f"{model}, {type_}:\n{outcome}", outlines=True, faded=True)
         steps = example["steps"]
-        for k, path in enumerate(steps):
+        for k, path in list(enumerate(steps))[1:-1]:  # the ends are drawn below
             # Dark to light blue through the steps, as in the paper's figure.
             shade = 0.15 + 0.75 * k / max(1, len(steps) - 1)
             xy = np.asarray(path)

@@ -130,7 +130,7 @@ def draw_repairs(data: DemonstrationSet, results: Mapping[str, Any], stem: Path)
             example = results[model]["1"][type_]["examples"][0]
             show_scene(ax, data.scene(example["scene"]), faded=True)
             steps = example["steps"]
-            for k, curve in enumerate(steps):
+            for k, curve in list(enumerate(steps))[1:-1]:  # the ends are drawn below
                 colour = blues(0.05 + 0.6 * k / max(len(steps) - 1, 1))
                 ax.plot(*np.array(curve).T, color=colour, lw=1.4)
             ax.plot(*np.array(steps[0]).T, color="black", lw=1.4, ls=":")
