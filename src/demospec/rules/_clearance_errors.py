@@ -102,6 +102,7 @@ class Errors:
         if log_sum(everything.log_weight[everything.sigma > 0]) - most < np.log(NOTICED):
             return list(models)
         out = []
+        seen = passes()
         grids: dict[bytes, tuple[Particles, Particles]] = {}
         for model in models:
             part, member = model.particles, model.member
@@ -112,7 +113,7 @@ class Errors:
             if member.tobytes() not in grids:
                 near = nearest_of(member[None], nearest)[0]
                 before = self.independent(member, near, valid)
-                grids[member.tobytes()] = before, self._by_objects(member, valid, passes())
+                grids[member.tobytes()] = before, self._by_objects(member, valid, seen)
             before, after = grids[member.tobytes()]
             if not part.sigma.all():  # one clearance each, with errors and without
                 weight = part.log_weight.copy()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
@@ -172,12 +172,9 @@ def learn_rules(
         if name not in present and present != [ANYONE]:
             notes.append(f"no demonstration to learn from for type {name}")
     of_type = {name: seen.type == name for name in present}
+    every = cache(partial(passes_of, data, seen.rows, distance, unit))
     people = {
-        name: Shown(
-            seen.nearest[mine],
-            seen.valid[mine],
-            partial(passes_of, data, seen.rows[mine], distance, unit),
-        )
+        name: Shown(seen.nearest[mine], seen.valid[mine], partial(_of_person, every, mine))
         for name, mine in of_type.items()
     }
     fits = fit_people(people, data.symbols, sharing=sharing, unit=unit, distance=distance)
@@ -201,6 +198,10 @@ def passes_of(
         found = passes(scene, paths, data.symbols, distance=distance, unit=unit)
         parts.append((mine, found))
     return Passes.joined(parts)
+
+
+def _of_person(every: Callable[[], Passes], mine: NDArray[np.bool_]) -> Passes:
+    return every().of_demonstrations(mine)
 
 
 def hundredth(data: DemonstrationSet) -> float:
