@@ -12,7 +12,7 @@ from typing import Protocol
 import numpy as np
 
 from demospec.rules._measure import IntArray
-from demospec.rules._steps import BoolArray
+from demospec.rules._shared_points import BoolArray
 
 
 @dataclass

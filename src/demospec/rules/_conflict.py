@@ -11,7 +11,8 @@ from demospec.rules._domain import contact_domain, tighten, whole_domain
 from demospec.rules._exact import joined_rows, point_rows, sweepable
 from demospec.rules._problem import RuleProblem
 from demospec.rules._search import LEAST_T, Search
-from demospec.rules._steps import BoolArray, StepProblem, restrict, step_problem
+from demospec.rules._shared_points import BoolArray
+from demospec.rules._steps import StepProblem, restrict, step_problem
 from demospec.rules._sweep import sweep
 
 

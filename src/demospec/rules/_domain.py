@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from demospec.rules._measure import IntArray
-from demospec.rules._steps import Block, BoolArray, StepProblem
+from demospec.rules._shared_points import BoolArray
+from demospec.rules._steps import Block, StepProblem
 
 
 @dataclass

@@ -27,7 +27,8 @@ from demospec.rules._search import (
     Search,
     goals_of,
 )
-from demospec.rules._steps import StepProblem, joined_points
+from demospec.rules._shared_points import joined_points
+from demospec.rules._steps import StepProblem
 from demospec.rules._sweep import SliceTable, sweep
 
 SWEEP_CELLS = 20_000_000

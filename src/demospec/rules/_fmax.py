@@ -20,7 +20,8 @@ from demospec.rules._exact import point_rows
 from demospec.rules._measure import IntArray
 from demospec.rules._problem import RuleProblem
 from demospec.rules._search import FIRST_RADIUS, LEAST_L, LEAST_T, MOST_L, MOST_T, Found, Search
-from demospec.rules._steps import BoolArray, StepProblem, step_problem
+from demospec.rules._shared_points import BoolArray
+from demospec.rules._steps import StepProblem, step_problem
 
 
 @dataclass(frozen=True)

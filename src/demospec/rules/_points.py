@@ -12,7 +12,7 @@ import numpy as np
 
 from demospec.rules._boxes import StepRows
 from demospec.rules._measure import IntArray
-from demospec.rules._steps import FAR, BoolArray, SharedPoints
+from demospec.rules._shared_points import FAR, BoolArray, SharedPoints
 
 _HUGE = np.int64(2**61)
 

@@ -15,7 +15,7 @@ import numpy as np
 from demospec.frames import FloatArray
 from demospec.rules._boxes import Boxes, Rows, alive, tie
 from demospec.rules._measure import IntArray
-from demospec.rules._steps import BoolArray
+from demospec.rules._shared_points import BoolArray
 
 LEAST_L, MOST_L, LEAST_T, MOST_T, FIRST_RADIUS = 0, 1, 2, 3, 4
 _BATCH_NUMBERS = 1 << 18

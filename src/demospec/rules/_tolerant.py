@@ -20,7 +20,8 @@ from demospec.rules._label_noise import LABEL_NOISE, slack_of
 from demospec.rules._measure import IntArray
 from demospec.rules._problem import RuleProblem
 from demospec.rules._search import EVERY_L, LEAST_L, LEAST_T, Found, Search
-from demospec.rules._steps import BoolArray, StepProblem, step_problem
+from demospec.rules._shared_points import BoolArray
+from demospec.rules._steps import StepProblem, step_problem
 from demospec.rules._tolerant_grid import by_grid, small
 
 

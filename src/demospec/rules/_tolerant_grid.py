@@ -17,7 +17,8 @@ from demospec.rules._answer import InfluenceAnswer, Parameters
 from demospec.rules._domain import Component
 from demospec.rules._exact import answer, combine
 from demospec.rules._measure import IntArray
-from demospec.rules._steps import Block, BoolArray, StepProblem
+from demospec.rules._shared_points import BoolArray
+from demospec.rules._steps import Block, StepProblem
 from demospec.rules._sweep import Grid, SliceTable, first_rows
 
 GRID_CELLS = 40_000_000
