@@ -8,6 +8,7 @@ that pruning, to the last bit.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -55,8 +56,8 @@ class FlatPaths:
     def chunks(self) -> list[tuple[int, int]]:
         """Ranges of paths that hold about `_CHUNK` points each."""
         cuts = np.searchsorted(self.offsets, np.arange(0, self.offsets[-1], _CHUNK))
-        edges = np.unique(np.concatenate([[0], cuts, [len(self)]]))
-        return list(zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True))
+        edges = sorted({0, *cuts.tolist(), len(self)})
+        return list(itertools.pairwise(edges))
 
     def part(self, low: int, high: int) -> FlatPaths:
         """Paths low … high − 1."""

@@ -81,10 +81,21 @@ def _draws(things: int) -> FloatArray:
     A spiral: equal shares of the distances from 0, turned by the golden angle. Each object has
     them in an order and a turn of its own, so that the errors of two objects are unrelated.
     """
-    rng = np.random.default_rng(0)
     share = (np.arange(_DRAWS) + 0.5) / _DRAWS
     far = np.sqrt(-2.0 * np.log1p(-share))
     angle = np.arange(_DRAWS) * (np.pi * (3.0 - np.sqrt(5.0)))
-    order = np.argsort(rng.random((things, _DRAWS)), axis=1)
-    turned = angle[order] + rng.uniform(0, 2 * np.pi, (things, 1))
+    mixed = _mixed(things * (_DRAWS + 1)).reshape(things, _DRAWS + 1)
+    order = np.argsort(mixed[:, :-1], axis=1)
+    turned = angle[order] + 2 * np.pi * mixed[:, -1:]
     return np.stack([far[order] * np.cos(turned), far[order] * np.sin(turned)], axis=1)
+
+
+def _mixed(count: int) -> FloatArray:
+    """Numbers in [0, 1) without order, by mixing the bits of 1, 2, … (splitmix64).
+
+    `numpy.random` takes longer to load than a small set takes to answer.
+    """
+    x = np.arange(1, count + 1, dtype=np.uint64) * np.uint64(0x9E3779B97F4A7C15)
+    x = (x ^ (x >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    x = (x ^ (x >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    return np.asarray(((x ^ (x >> np.uint64(31))) >> np.uint64(11)) / 2.0**53)

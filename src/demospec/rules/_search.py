@@ -155,7 +155,7 @@ class Search:
 
     def _cut_goals(self, boxes: Boxes, best: IntArray) -> None:
         goal = boxes.goal
-        for g in np.unique(goal):
+        for g in sorted(set(goal.tolist())):
             value = int(best[g])
             if abs(value) >= NONE:
                 continue

@@ -132,7 +132,9 @@ class Grid:
         # Invalid rows by contact level, farthest first: at T_min the rows with a level beyond
         # it must be explained by the sum.
         rows = rows[np.argsort(-part.closest[rows], kind="stable")]
-        levels = np.unique(np.minimum(part.closest[rows], T[-1] + 1))
+        # Not np.unique, which loads numpy.ma: longer than many a sweep.
+        far = sorted(set(np.minimum(part.closest[rows], T[-1] + 1).tolist()))
+        levels = np.array(far, dtype=np.int64)
         self.levels = levels  # ascending
         lower = np.zeros((len(levels) + 1, len(cells)), dtype=np.int64)
         running = np.zeros(len(cells), dtype=np.int64)
