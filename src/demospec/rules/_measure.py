@@ -198,11 +198,15 @@ class Batch:
 
 
 @lru_cache(maxsize=8)
-def listed_squares(reach: int, scale: int) -> tuple[IntArray, IntArray]:
-    """Level and penalty of every whole squared distance up to reach²; as in `_on_grid`."""
-    root = np.sqrt(np.arange(reach * reach + 1, dtype=np.float64))
+def listed_squares(reach: int, scale: int) -> tuple[IntArray, IntArray, FloatArray]:
+    """Level and penalty of every whole squared distance up to reach²; as in `_on_grid`.
+
+    One more entry, of level reach + 1, stands for all that is farther. Penalties come twice: as
+    doubles, in which sums below 2^53 are exact, they need not be turned into them.
+    """
+    root = np.sqrt(np.arange(reach * reach + 2, dtype=np.float64))
     level, penalty = np.ceil(root), np.floor(root * scale + 0.5)
-    return level.astype(np.int64), penalty.astype(np.int64)
+    return level.astype(np.int64), penalty.astype(np.int64), penalty
 
 
 def exact_square(item: RuleObject, point: FloatArray) -> Fraction:

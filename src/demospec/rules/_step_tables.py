@@ -78,21 +78,21 @@ def _fill_squares(
 ) -> None:
     """`fill` from (objects, points) whole squared distances: some objects at once."""
     n, _, width = table.shape
-    reach = width - 1
-    level, penalty = listed_squares(reach, problem.scale)
-    nearest = np.minimum.reduceat(squares.min(axis=0), starts)
-    near = np.flatnonzero(nearest <= reach * reach)
-    closest[near] = np.minimum(closest[near], level[nearest[near]])
-    index = np.flatnonzero(squares <= reach * reach)
-    inside = squares.ravel()[index]
-    q = len(columns)
-    place = row if q == 1 else np.add.outer(np.arange(q), row * q).ravel()
-    key = place[index]
-    key *= width
-    key += level[inside]
-    portion = None if weight is None else weight[index % len(row)]
-    sums = _cumulative(problem, key, penalty[inside], portion, n * q, width, top)
-    sums = sums.reshape(n, q, width)
+    reach, q = width - 1, len(columns)
+    level, penalty, as_doubles = listed_squares(reach, problem.scale)
+    # Points out of reach fall into a column of their own, which nobody reads.
+    np.minimum(squares, reach * reach + 1, out=squares)
+    nearest = np.minimum.reduceat(squares[0] if q == 1 else squares.min(axis=0), starts)
+    np.minimum(closest, np.where(nearest <= reach * reach, level[nearest], FAR), out=closest)
+    at = squares.astype(np.intp)  # as `take` wants them, twice
+    key = level.take(at)
+    key += row * (q * (width + 1))
+    if q > 1:
+        key += (np.arange(q) * (width + 1))[:, None]
+    portion = None if weight is None else np.broadcast_to(weight, key.shape).ravel()
+    cost = (as_doubles if top < 2**53 else penalty).take(at)
+    sums = _cumulative(problem, key.ravel(), cost.ravel(), portion, n * q, width + 1, top)
+    sums = sums.reshape(n, q, width + 1)[:, :, :width]
     for j, column in enumerate(columns):
         table[:, column] += sums[:, j]
 
@@ -109,7 +109,7 @@ def _closest(hit: Reached, starts: IntArray, closest: IntArray) -> None:
 def _cumulative(
     problem: RuleProblem,
     key: IntArray,
-    penalty: IntArray,
+    penalty: IntArray | FloatArray,
     weight: IntArray | None,
     n: int,
     width: int,
@@ -117,7 +117,7 @@ def _cumulative(
 ) -> IntArray:
     """(n, R + 1) summed penalty of the points with level ≤ r."""
 
-    def histogram(values: IntArray | None) -> IntArray:
+    def histogram(values: IntArray | FloatArray | None) -> IntArray:
         if values is None:
             return np.bincount(key, minlength=n * width).reshape(n, width)
         if top < 2**53:  # sums of doubles are exact
