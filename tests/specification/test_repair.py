@@ -8,6 +8,7 @@ from colour_worlds import DiscModel, DiscView, SlopedDiscView, disc_scene
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from demospec.demonstrations import resample
 from demospec.errors import InputError
 from demospec.rules import ClearanceRule, RuleSet, TypeRules
 from demospec.specification import (
@@ -177,8 +178,30 @@ def test_explanations_name_the_culprit_and_their_counterfactual_flips(x, y, radi
         assert found.flips
         assert view.p_valid(found.counterfactual[None], "careful")[0] == 1
         # What was missing to the clearance is what has to be added.
-        margin = float(view.logits(path[None], "careful")[0])
-        assert found.further == pytest.approx(-margin, abs=0.3)
+        # (By the explanation's own points: `path` has fewer, and misses the deepest of them.)
+        assert found.further == pytest.approx(-found.logit, abs=0.3)
+
+
+def test_explaining_without_the_counterfactual_names_the_same_place():
+    view = RULE.see(WORLD)
+    path = ControlPlane(view).paths(np.array([[[50.0, 50.0]]]))[0]
+    whole = explain(view, path, "careful")
+    quick = explain(view, path, "careful", counterfactual=False)
+    assert (quick.valid, quick.place, quick.object_id) == (False, whole.place, whole.object_id)
+    assert (quick.further, quick.counterfactual, quick.flips) == (None, None, False)
+    assert whole.sentence.startswith(quick.sentence.removesuffix("."))
+
+
+def test_the_least_push_is_the_least_of_a_fine_scan():
+    view = RULE.see(WORLD)
+    path = ControlPlane(view).paths(np.array([[[50.0, 50.0]]]))[0]
+    found = explain(view, path, "careful")
+    points = resample(path, 200)
+    push = found.counterfactual - points
+    shares = np.concatenate([np.linspace(0.0, 0.999, 100), -np.linspace(0.0, 0.95, 100)])
+    shorter = view.logits(points + shares[:, None, None] * push, "careful")
+    assert (shorter <= 0).all()  # the other way neither
+    assert view.logits(found.counterfactual[None], "careful")[0] > 0
 
 
 def test_explanation_speaks_in_units_and_works_with_rules():
