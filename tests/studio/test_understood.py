@@ -188,3 +188,18 @@ def test_rings_show_both_ends_of_the_interval() -> None:
     assert svg.count("ring lower") == 1
     assert svg.count("ring upper") == 1
     assert rings_svg(SCENE, None) == ""
+
+
+def test_only_what_is_judged_anew_is_learned_anew() -> None:
+    data = set_of([(50, 140), (50, 60), (50, 80)], [True, False, None])
+    first = understand(data, "me")
+    more = set_of([(50, 140), (50, 60), (50, 80), (50, 90)], [True, False, None, None])
+    again = understand(more, "me", first)
+    assert again.rule is first.rule
+    assert (again.accepted, again.rejected, again.unsaid) == (1, 1, 2)
+    for valid in ([True, True, None], [True, None, None], [True, False, True]):
+        other = set_of([(50, 140), (50, 60), (50, 80)], list(valid))
+        assert understand(other, "me", first) == understand(other, "me")
+    moved = replace(SCENE, objects=(replace(PLATE, id="plate-1"), GLASS))
+    elsewhere = replace(data, scenes=(moved,))
+    assert understand(elsewhere, "me", first).rule is not first.rule

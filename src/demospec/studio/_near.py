@@ -29,7 +29,7 @@ class NearMemory:
         self, scene: Scene, paths: Any, symbols: Sequence[str], *, distance: Any = "footprint"
     ) -> FloatArray:
         about = (id(scene.objects), tuple(symbols), distance)
-        keys = [(*about, _digest(path)) for path in paths]
+        keys = [(*about, path_digest(path)) for path in paths]
         with self._lock:
             known = {i: self._rows[k][1] for i, k in enumerate(keys) if k in self._rows}
         new = [i for i in range(len(keys)) if i not in known]
@@ -46,7 +46,8 @@ class NearMemory:
         return out
 
 
-def _digest(path: Any) -> bytes:
+def path_digest(path: Any) -> bytes:
+    """Equal for equal paths in the plane."""
     xy = np.ascontiguousarray(np.asarray(path, dtype=np.float64)[:, :2])
     return hashlib.blake2b(xy.tobytes(), digest_size=16).digest()
 

@@ -31,20 +31,25 @@ def register(workbench: Workbench) -> None:
             """Shows what is known at once; what must be computed follows from a thread."""
             view.show()
             if busy["on"]:
-                return  # the loop below sees that the version moved on
+                return  # the loop below sees that something changed
             busy["on"] = True
             try:
                 while state.computed != state.wanted():
                     began = time.perf_counter()
                     await run.io_bound(state.understand)
                     view.show_understood(time.perf_counter() - began)
-                    # The next verdict often comes at once, and must not wait for advice.
-                    await asyncio.sleep(PAUSE_S)
-                    if state.computed == state.wanted():
-                        await run.io_bound(state.ask)
-                        view.show_advice()
             finally:
                 busy["on"] = False
+            await advise(state.wanted())
+
+        async def advise(about: tuple[int, str]) -> None:
+            """The next question, unless something happens meanwhile: a verdict goes first."""
+            await asyncio.sleep(PAUSE_S)
+            if about != state.wanted() or about == state.advised:
+                return
+            await run.io_bound(state.ask)
+            if about == state.wanted():
+                view.show_advice()
 
         async def act(what: str, value: Any = None) -> None:
             """Does one thing that the person asked for; says in one line why it cannot."""

@@ -48,6 +48,7 @@ class TeachState:
         self.understood = understand(None, self.type)
         self.advice = ""
         self.computed: tuple[int, str] | None = None
+        self.advised: tuple[int, str] | None = None
         self.shown_version = -1
         self.kept: set[Conflict] = set()
         """Conflicts that the person wants to keep."""
@@ -96,12 +97,12 @@ class TeachState:
     def understand(self) -> None:
         """Learns from what stands (for a worker thread)."""
         wanted = self.wanted()
-        self.understood = understand(self.bench.data(), wanted[1])
+        self.understood = understand(self.bench.data(), wanted[1], self.understood)
         self.computed = wanted
 
     def ask(self) -> None:
         """Computes the next question (for a worker thread)."""
-        wanted = self.wanted()
+        wanted = self.advised = self.wanted()
         try:
             # The same pool for some versions: what was measured then is remembered.
             found = question(self.bench.data(), wanted[1], seed=wanted[0] // 8)
@@ -255,7 +256,7 @@ class TeachState:
             self.scene_id, self.chosen, self.asked = demo.scene_id, demo.demo_id, None
 
     def _do_ask(self, _: Any) -> None:
-        if self.computed != self.wanted() or self.next_question is None:
+        if self.advised != self.wanted() or self.next_question is None:
             self.ask()
         found = self.next_question
         if found is None:

@@ -13,6 +13,7 @@ from demospec.demonstrations import DemonstrationSet
 from demospec.errors import CannotJudgeError, InputError
 from demospec.rules import ClearanceRule, Query, learn_rules, query_set
 from demospec.studio._near import near as measure
+from demospec.studio._near import path_digest
 
 
 @dataclass(frozen=True)
@@ -40,7 +41,7 @@ class Understood:
         sentence: The same in plain words, or why nothing can be said.
         probability: Symbol → probability that it matters.
         conflicts: Rejections that contradict acceptances.
-        version: Of the workbench when this was computed.
+        basis: What it was learned from; where that is the same, so is the rest.
     """
 
     type: str
@@ -51,7 +52,7 @@ class Understood:
     sentence: str
     probability: Mapping[str, float] = field(default_factory=dict)
     conflicts: tuple[Conflict, ...] = ()
-    version: int = 0
+    basis: Any = field(default=None, repr=False, compare=False)
 
     def to_json(self) -> dict[str, Any]:
         """The JSON document of ``/api/understood``. A bound that does not exist is null."""
@@ -80,11 +81,15 @@ class Understood:
         }
 
 
-def understand(data: DemonstrationSet | None, type: str) -> Understood:
+def understand(
+    data: DemonstrationSet | None, type: str, before: Understood | None = None
+) -> Understood:
     """Learns the clearance rule of one type; what cannot be learned is said in the sentence.
 
     Args:
         data: All demonstrations as they stand, or None while there is none.
+        before: An earlier answer. Most strokes are drawn before they are judged, and teach
+            nothing until then: then it is taken over, with the new counts.
     """
     mine = None if data is None else of_type(data, type)
     if mine is None:
@@ -93,13 +98,16 @@ def understand(data: DemonstrationSet | None, type: str) -> Understood:
     counts = (int((valid == 1).sum()), int((valid == 0).sum()), int((valid < 0).sum()))
     if not counts[0] + counts[1]:
         return Understood(type, *counts, None, "nothing accepted or rejected yet")
+    basis = _basis(mine)
+    if before is not None and before.type == type and before.basis == basis:
+        return replace(before, accepted=counts[0], rejected=counts[1], unsaid=counts[2])
     try:
         rules = learn_rules(mine, split=None, influence=False, measure=measure).of_type(type)
     except CannotJudgeError:
         words = "the objects in these scenes are not listed, so no distance can be measured"
-        return Understood(type, *counts, None, words)
+        return Understood(type, *counts, None, words, basis=basis)
     except InputError as error:
-        return Understood(type, *counts, None, f"cannot learn: {error}")
+        return Understood(type, *counts, None, f"cannot learn: {error}", basis=basis)
     return Understood(
         type,
         *counts,
@@ -107,7 +115,20 @@ def understand(data: DemonstrationSet | None, type: str) -> Understood:
         rules.sentence,
         rules.evidence.get("probability", {}),
         conflicts(mine),
+        basis,
     )
+
+
+def _basis(data: DemonstrationSet) -> tuple[Any, ...]:
+    """Equal where the same paths have the same labels beside the same objects."""
+    d = data.demonstrations
+    judged = [
+        (str(d.demo_id[i]), str(d.scene_id[i]), int(d.valid[i]), path_digest(d.points(int(i))))
+        for i in np.flatnonzero(d.valid >= 0)
+    ]
+    named = {scene_id for _, scene_id, _, _ in judged}
+    objects = {s.scene_id: s.objects for s in data.scenes if s.scene_id in named}
+    return judged, objects, data.symbols, [s.size_px for s in data.scenes]
 
 
 def question(data: DemonstrationSet | None, type: str, *, seed: int = 0) -> Query:
