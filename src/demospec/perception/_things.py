@@ -180,7 +180,8 @@ def _long(rng: np.random.Generator, x: Field, y: Field) -> Thing:
     elif pick < 0.8:
         # A flat head, often slotted.
         wide = rng.uniform(1.5, 5)
-        flare = 1 + rng.uniform(0, 0.5) * (x - centre) / head
+        # Far behind the head the flare would end in a point and turn inside out.
+        flare = np.maximum(1 + rng.uniform(0, 0.5) * (x - centre) / head, 0.2)
         plate = shapes.box(x - centre, y / flare, head / 2, wide, rng.uniform(0, 1.5))
         level = _union(bar, plate)
         if rng.random() < 0.6:
