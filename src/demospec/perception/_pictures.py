@@ -319,11 +319,11 @@ def finish(rng: np.random.Generator, table: Planes) -> NDArray[np.uint8]:
     if rng.random() < 0.7:
         picture = picture + rng.normal(0, rng.uniform(0, 0.03), picture.shape)
     pixels = np.asarray(np.clip(picture * 255 + 0.5, 0, 255), np.uint8)
-    if rng.random() < 0.35:
+    if rng.random() < 0.5:
         import PIL.Image
 
         buffer = io.BytesIO()
-        PIL.Image.fromarray(pixels).save(buffer, "JPEG", quality=int(rng.integers(35, 96)))
+        PIL.Image.fromarray(pixels).save(buffer, "JPEG", quality=int(rng.integers(25, 96)))
         pixels = np.asarray(PIL.Image.open(buffer).convert("RGB"))
     return pixels
 

@@ -92,9 +92,6 @@ class PretrainSettings:
             raise InputError("a learning rate in (0, 1)", self.lr, field="lr")
 
 
-JPEG_SHARE = 0.3
-"""Share of the generated pictures that went through JPEG, at a quality from 25 to 90."""
-
 Chunk = tuple[NDArray[np.uint8], NDArray[np.float16]]
 
 
@@ -116,20 +113,7 @@ def paint(
             pictures[i], planes[i] = render_picture(rng, bank, size_px, kind_shares(clear_share))
         else:
             pictures[i], planes[i] = make_picture(rng, bank, size_px, clear_share)
-        if rng.random() < JPEG_SHARE:
-            pictures[i] = _packed(pictures[i], int(rng.integers(25, 91)))
     return pictures, planes
-
-
-def _packed(picture: NDArray[np.uint8], quality: int) -> NDArray[np.uint8]:
-    """What is left of a picture after JPEG: blocks and ringing that are no edges."""
-    import io
-
-    import PIL.Image
-
-    buffer = io.BytesIO()
-    PIL.Image.fromarray(picture).save(buffer, "JPEG", quality=quality)
-    return np.asarray(PIL.Image.open(buffer).convert("RGB"))
 
 
 _BANKS: dict[int, NoiseBank] = {}

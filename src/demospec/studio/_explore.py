@@ -39,13 +39,16 @@ def register(workbench: Workbench) -> None:
     table = _Table(workbench)
     answers: dict[str, Callable[[dict[str, Any]], dict[str, Any]]] = {
         "open": table.open,
-        "look": lambda asked: look(table.explorer, Question.from_json(asked)),
+        "look": lambda asked: look(
+            table.explorer, Question.from_json(asked),
+            has=asked.get("has"), moving=asked.get("moving") is True,
+        ),
         "repair": lambda asked: mend(table.explorer, Question.from_json(asked)),
         "sample": lambda asked: solutions(table.explorer, Question.from_json(asked)),
         "put": lambda asked: put_down(
             table.explorer, Question.from_json(asked), str(asked.get("symbol"))
         ),
-    }
+    }  # fmt: skip
     for name, answer in answers.items():
         app.add_route(f"/explore/api/{name}", _endpoint(answer), methods=["POST"])
 

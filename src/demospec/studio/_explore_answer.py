@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from demospec.demonstrations import View
 from demospec.frames import describe_length
 from demospec.rules import RuleView
 from demospec.scene import Capsule, Disc, Footprint, Polygon, Scene
@@ -22,55 +22,77 @@ from demospec.specification import (
 )
 from demospec.studio._explore_map import SMALL, boundary_path, explore_map
 from demospec.studio._explore_state import Edits, Explorer, Question, path_of
-from demospec.studio._scene_svg import _data_url
+from demospec.studio._scene_svg import data_url
 
 _SURE = float(np.log(9.0))
 """Logit of p = 0.9: outside ±`_SURE` a learned model is sure."""
 
 
-def look(explorer: Explorer, question: Question) -> dict[str, Any]:
+def look(
+    explorer: Explorer, question: Question, *, has: object = None, moving: bool = False
+) -> dict[str, Any]:
     """Everything that follows the hand: verdicts, reason, maps, the scene as it now stands.
 
+    Args:
+        has: ``key`` of an answer that the page still shows. Where scene, model and edits are
+            those, only what hangs on the path is answered: a control point is dragged a long
+            way over one map.
+        moving: The hand has not come to rest. The push that would make a rejected path valid
+            waits until it does: nobody reads a number that changes ten times a second.
+
     Returns:
-        ``scene`` (objects with outlines, the picture where it changed), ``verdicts`` and
-        ``small`` maps per type, ``why`` (`Explanation`), ``map`` of the chosen type, ``before``
-        (the same without what was put down, or None) and ``milliseconds`` spent here.
+        ``key``, ``verdicts`` and ``why`` (`Explanation`) of the path; where the page lacks
+        them ``scene`` (objects with outlines, the picture), ``map`` of the chosen type,
+        ``small`` maps per type, and ``mean_p`` in the verdicts; ``before`` (the same without
+        what was put down, or None) and ``milliseconds`` spent here.
     """
     began = time.perf_counter()
     with explorer.lock:
+        key = explorer.key(question)
         view = explorer.view(question)
         path = path_of(view.scene, question.control)
-        types = tuple(explorer.model(question.model).types)
-        found = explore_map(view, question.type)
-        small = {t: explore_map(view, t, SMALL) for t in types}
         reason = explain(
-            view, path, question.type,
+            view, path, question.type, counterfactual=not moving,
             units=explorer.units, metres_per_unit=explorer.metres_per_unit,
         )  # fmt: skip
-        verdicts = _verdicts(view, path, types, small)
-        before = None
+        whole = has != key
+        answer = _seen(explorer, question, path, whole=whole)
+        if whole:
+            answer["map"] = _map_document(
+                explore_map(view, question.type), sure=not isinstance(view, RuleView)
+            )
+        answer["before"] = None
         if question.edits.added:
-            clean = explorer.view(question, question.edits.without_added())
-            maps = {t: explore_map(clean, t, SMALL) for t in types}
-            before = {
-                "verdicts": _verdicts(clean, path, types, maps),
-                "small": [_map_document(maps[t], sure=False) for t in types],
-                "scene": scene_document(
-                    explorer.scene(question.scene_id, question.edits.without_added()),
-                    question.edits.without_added(),
-                ),
-            }
-        now = explorer.scene(question.scene_id, question.edits)
-        scene = scene_document(now, question.edits)
+            clean = replace(question, edits=question.edits.without_added())
+            answer["before"] = _seen(explorer, clean, path, whole=whole)
     return {
-        "scene": scene,
-        "verdicts": verdicts,
-        "why": _reason(reason),
-        "map": _map_document(found, sure=not isinstance(view, RuleView)),
-        "small": [_map_document(small[t], sure=False) for t in types],
-        "before": before,
+        **answer,
+        "key": key,
+        "why": {**_reason(reason), "counterfactual_follows": moving and not reason.valid},
         "certain": isinstance(view, RuleView),
         "milliseconds": round(1000 * (time.perf_counter() - began), 1),
+    }
+
+
+def _seen(explorer: Explorer, question: Question, path: Any, *, whole: bool) -> dict[str, Any]:
+    """Every type's verdict on the path; with `whole` also its small map, and the scene."""
+    view = explorer.view(question)
+    types = tuple(explorer.model(question.model).types)
+    verdicts: list[dict[str, Any]] = []
+    for name in types:
+        valid = bool(view.logits(path[None], name)[0] > 0)
+        p = round(float(view.p_valid(path[None], name)[0]), 4)
+        verdicts.append({"type": name, "valid": valid, "p_valid": p})
+    if not whole:
+        return {"verdicts": verdicts}
+    maps = [explore_map(view, name, SMALL) for name in types]
+    for verdict, found in zip(verdicts, maps, strict=True):
+        verdict["mean_p"] = round(float(found.p_valid.mean()), 4)
+    scene = explorer.scene(question.scene_id, question.edits)
+    return {
+        "verdicts": verdicts,
+        "small": [_map_document(found, sure=False) for found in maps],
+        "scene": scene_document(scene, question.edits),
     }
 
 
@@ -145,7 +167,7 @@ def scene_document(scene: Scene, edits: Edits) -> dict[str, Any]:
             }
             for i, o in enumerate(objects)
         ],
-        "picture": _data_url(scene) if scene.picture is not None else None,
+        "picture": data_url(scene) if scene.picture is not None else None,
     }
 
 
@@ -164,20 +186,6 @@ def outline_path(shape: Footprint) -> str:
     caps = [end + shape.radius * np.stack([np.cos(angle + turns), np.sin(angle + turns)], 1)]
     caps.append(start - shape.radius * np.stack([np.cos(angle + turns), np.sin(angle + turns)], 1))
     return "M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in np.concatenate(caps)) + "Z"
-
-
-def _verdicts(
-    view: View, path: Any, types: tuple[str, ...], maps: dict[str, ValidityMap]
-) -> list[dict[str, Any]]:
-    return [
-        {
-            "type": name,
-            "valid": bool(view.logits(path[None], name)[0] > 0),
-            "p_valid": round(float(view.p_valid(path[None], name)[0]), 4),
-            "mean_p": round(float(maps[name].p_valid.mean()), 4),
-        }
-        for name in types
-    ]
 
 
 def _map_document(found: ValidityMap, *, sure: bool) -> dict[str, Any]:

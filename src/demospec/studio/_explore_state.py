@@ -6,6 +6,9 @@ here are only the last scenes a model looked at.
 
 from __future__ import annotations
 
+import hashlib
+import itertools
+import secrets
 import threading
 from collections import OrderedDict
 from collections.abc import Mapping, Sequence
@@ -30,6 +33,8 @@ from demospec.specification import plane_bounds
 Kept = TypeVar("Kept")
 _VIEWS_KEPT = 12
 MOST_EDITS = 64
+_RUN, _SERIALS = secrets.token_hex(6), itertools.count()
+"""A tab may hold an answer of an earlier explorer, even of a studio started earlier."""
 
 
 @dataclass(frozen=True)
@@ -145,6 +150,7 @@ class Explorer:
         units: str = "px",
         metres_per_unit: float | None = None,
     ) -> None:
+        self._serial = f"{_RUN}-{next(_SERIALS)}"
         self.scenes = {scene.scene_id: scene for scene in scenes}
         self.models = dict(models)
         self.truth = truth if truth in models else None
@@ -175,6 +181,11 @@ class Explorer:
         if scene_id not in self.scenes:
             raise InputError("a scene of the set", scene_id, field="scene")
         return self.scenes[scene_id]
+
+    def key(self, question: Question) -> str:
+        """Equal for questions whose scene, model, type and edits are equal: their maps are."""
+        about = (self._serial, question.scene_id, question.model, question.type)
+        return hashlib.sha256(repr((about, question.edits.key)).encode()).hexdigest()[:24]
 
     def scene(self, scene_id: str, edits: Edits) -> Scene:
         """The scene as the tab rearranged it; objects are listed where anybody knows them."""

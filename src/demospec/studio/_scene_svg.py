@@ -57,7 +57,7 @@ def scene_svg(
     ]
     if scene.picture is not None:
         parts.append(
-            f'<image href="{picture_url or _data_url(scene)}" x="0" y="0" '
+            f'<image href="{picture_url or data_url(scene)}" x="0" y="0" '
             f'width="{width:g}" height="{height:g}" preserveAspectRatio="none"/>'
         )
     for item in scene.objects or ():
@@ -125,11 +125,16 @@ def paths_svg(demonstrations: Iterable[Demonstration], chosen: str | None = None
     return "".join(parts)
 
 
-def _data_url(scene: Scene) -> str:
+def data_url(scene: Scene) -> str:
+    """The scene's picture as PNG within an address."""
     import PIL.Image
 
     buffer = io.BytesIO()
-    PIL.Image.fromarray(np.asarray(scene.pixels())).save(buffer, format="PNG")
+    PIL.Image.fromarray(np.asarray(scene.pixels())).save(
+        buffer,
+        format="PNG",
+        compress_level=1,  # it stays on this machine: quick, not small
+    )
     return "data:image/png;base64," + base64.b64encode(buffer.getvalue()).decode("ascii")
 
 

@@ -21,9 +21,16 @@ function frame(svg, scene) {
   return Math.max(x1 - x0, y1 - y0) / 140;
 }
 
-function picture(scene) {
-  const [w, h] = scene.size ?? [0, 0];
-  return scene.picture === null ? [] : [node("image", { href: scene.picture, width: w, height: h, preserveAspectRatio: "none" })];
+// The same picture stays the same element: it need not be decoded for every move of the hand.
+const pictures = new WeakMap();
+function picture(svg, scene) {
+  if (scene.picture === null) return [];
+  const known = pictures.get(svg);
+  if (known?.getAttribute("href") === scene.picture) return [known];
+  const [width, height] = scene.size ?? [0, 0];
+  const made = node("image", { href: scene.picture, width, height, preserveAspectRatio: "none" });
+  pictures.set(svg, made);
+  return [made];
 }
 
 function mapLayers(scene, map, id) {
@@ -92,7 +99,7 @@ export function drawStage(svg, doc, state, view) {
   svg.style.setProperty("--unit", `${unit}px`);
   const one = doc.verdicts.find((v) => v.type === state.type);
   const focused = document.activeElement?.closest?.("[data-handle]")?.dataset.handle;
-  const layers = [hatch("ex-hatch", unit), ...picture(scene)];
+  const layers = [hatch("ex-hatch", unit), ...picture(svg, scene)];
   layers.push(node("g", { class: view.stale ? "ex-map stale" : "ex-map" }, ...mapLayers(scene, doc.map, "ex-hatch")));
   const [w, h] = scene.size ?? [0, 0];
   if (w) layers.push(node("rect", { class: "ex-edge", width: w, height: h }));
@@ -124,7 +131,7 @@ export function drawSmall(svg, scene, map, control, valid) {
   const unit = frame(svg, scene), id = `ex-hatch-${count++}`;
   svg.setAttribute("class", "ex-small");
   svg.setAttribute("aria-hidden", "true");
-  svg.replaceChildren(hatch(id, 2 * unit), ...picture(scene), ...mapLayers(scene, map, id),
+  svg.replaceChildren(hatch(id, 2 * unit), ...picture(svg, scene), ...mapLayers(scene, map, id),
     node("path", { class: "ex-path under", d: curve(scene, control) }),
     node("path", { class: `ex-path ${valid ? "yes" : "no"}`, d: curve(scene, control) }),
     node("circle", { class: "ex-knob", cx: control[0], cy: control[1], r: 4 * unit }));

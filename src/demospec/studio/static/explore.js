@@ -23,28 +23,46 @@ async function ask(what, body) {
   return found;
 }
 
-// One question is under way at a time; while it is, only the latest state waits.
-let busy = false, waiting = false;
-async function refresh() {
-  if (busy) { waiting = true; return; }
-  busy = true;
-  const late = setTimeout(() => { view.stale = true; paint(); }, 150);
-  try {
-    const asked = JSON.stringify(state);
-    const found = await ask("look", state);
-    view.doc = found;
-    say("");
-    root.dataset.answered = asked;
-    root.dataset.milliseconds = found.milliseconds;
-  } catch (error) { say(error.message, true); }
-  clearTimeout(late);
-  view.stale = false;
-  busy = false;
-  if (waiting) { waiting = false; refresh(); }
-  paint();
+// One question is under way at a time; while it is, only the latest state waits. While the hand
+// moves, the way out of a rejection is left to follow; and maps that are shown are not asked for.
+const REST_MS = 160;
+let wanted = 0, answered = 0, moving = false, running = null, rest = 0;
+function refresh(inMotion = false) {
+  clearTimeout(rest);
+  moving = inMotion;
+  if (inMotion) rest = setTimeout(refresh, REST_MS);
+  wanted += 1;
+  running ||= askAll().finally(() => { running = null; });
+  return running;
 }
 
-function changed() { view.steps = view.paths = null; paint(); refresh(); }
+async function askAll() {
+  while (answered !== wanted) {
+    const now = wanted, quick = moving, asked = JSON.stringify(state);
+    const late = setTimeout(() => { view.stale = true; paint(); }, 150);
+    try {
+      view.doc = merged(await ask("look", { ...state, moving: quick, has: view.doc.key }), view.doc);
+      say("");
+      Object.assign(root.dataset, { answered: asked, milliseconds: view.doc.milliseconds });
+      if (!quick) root.dataset.settled = asked;
+    } catch (error) { say(error.message, true); }
+    clearTimeout(late);
+    view.stale = false;
+    answered = now;
+    paint();
+  }
+}
+
+// What an answer leaves out is as the page has it: a map is the same wherever the path leads.
+function merged(found, known) {
+  if (found.scene) return found;
+  const kept = (verdicts, before) => verdicts.map((v, i) => ({ mean_p: before[i].mean_p, ...v }));
+  const both = { ...known, ...found, verdicts: kept(found.verdicts, known.verdicts) };
+  if (found.before) both.before = { ...known.before, verdicts: kept(found.before.verdicts, known.before.verdicts) };
+  return both;
+}
+
+function changed(inMotion = false) { view.steps = view.paths = null; paint(); refresh(inMotion); }
 
 function say(words, wrong = false) {
   const line = root.querySelector(".ex-said");
@@ -197,7 +215,8 @@ function paint() {
   if (one) {
     word.innerHTML = `<span class="ex-chip ${one.valid ? "yes" : "no"}">${one.valid ? "✓ accepted" : "✕ rejected"}</span>`;
     word.append(doc.certain ? ` by ${state.type}` : ` by ${state.type}, p(valid) ${percent(one.p_valid)}`);
-    root.querySelector(".ex-why").textContent = doc.why.sentence;
+    root.querySelector(".ex-why").textContent = doc.why.sentence.replace(/\.$/, doc.why.counterfactual_follows ? " …" : ".");
+    root.querySelector(".ex-verdict").setAttribute("aria-busy", String(moving));
   }
   root.dataset.valid = one ? String(one.valid) : "";
   const box = root.querySelector(".ex-before");
@@ -238,7 +257,7 @@ function moveTo(handle, x, y) {
     else state.moved[handle] = place;
   }
   view.selected = handle;
-  changed();
+  changed(true);
 }
 
 export function placeOf(handle) {
@@ -273,7 +292,10 @@ function listen() {
     const [x, y] = at(e);
     moveTo(held.handle, x + held.dx, y + held.dy);
   });
-  for (const end of ["pointerup", "pointercancel"]) svg.addEventListener(end, () => { held = null; });
+  for (const end of ["pointerup", "pointercancel"]) svg.addEventListener(end, () => {
+    if (held && moving) refresh();
+    held = null;
+  });
   svg.addEventListener("keydown", (e) => {
     const handle = e.target.closest("[data-handle]")?.dataset.handle;
     const by = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[e.key];
