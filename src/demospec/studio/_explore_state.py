@@ -29,6 +29,7 @@ from demospec.errors import CannotJudgeError, InputError
 from demospec.frames import FloatArray
 from demospec.scene import Scene, free_places
 from demospec.specification import plane_bounds
+from demospec.studio._explore_hands import Hands
 
 Kept = TypeVar("Kept")
 _VIEWS_KEPT = 12
@@ -158,17 +159,22 @@ class Explorer:
         self.metres_per_unit = metres_per_unit
         self.lock = threading.RLock()  # models and drawing are not made for several threads
         self._demonstrations = demonstrations
-        self._editor: Editor | None = None
+        self._hands: Hands | None = None
         self._views: OrderedDict[tuple[Any, ...], View] = OrderedDict()
         self._edited: OrderedDict[tuple[Any, ...], Scene] = OrderedDict()
 
     @property
-    def editor(self) -> Editor:
-        """Moves, adds and removes objects, in pictures too."""
-        if self._editor is None:
+    def hands(self) -> Hands:
+        """They move and remove objects."""
+        if self._hands is None:
             scenes = tuple(self.scenes.values())
-            self._editor = editor_for(scenes, metres_per_unit=self.metres_per_unit)
-        return self._editor
+            self._hands = Hands(editor_for(scenes, metres_per_unit=self.metres_per_unit))
+        return self._hands
+
+    @property
+    def editor(self) -> Editor:
+        """Knows what can be added, and what stands where nobody has said it."""
+        return self.hands.editor
 
     def model(self, name: str) -> ValidityModel:
         """The model of that name; InputError lists the names there are."""
@@ -194,12 +200,7 @@ class Explorer:
             self._edited.move_to_end(key)
             return self._edited[key]
         scene = self.editor.listed(self.original(scene_id))
-        for name in edits.removed:
-            scene = self.editor.remove(scene, name)
-        known = {o.id for o in scene.objects or ()}
-        for name, at in edits.moved.items():
-            if name in known:
-                scene = self.editor.move(scene, name, at)
+        scene = self.hands.rearranged(scene, edits.removed, edits.moved)
         for symbol, x, y in edits.added:
             scene = self._put(scene, symbol, (x, y))
         return _kept(self._edited, key, scene)
