@@ -221,7 +221,7 @@ def test_tuning_leaves_the_shipped_body_alone_and_brings_it_nearer_to_the_outlin
     scenes = list(data.of_split("train").scenes)[:4]
     body = load_body()
     before = {k: v.clone() for k, v in body.state_dict().items()}
-    settings = TuneSettings(steps=12, batch=2, generated=4, lr=1e-4)
+    settings = TuneSettings(steps=30, batch=4, generated=8, lr=1e-4)
     tuned = tuned_body(body, scenes, 1.0, seed=0, settings=settings)
     assert all(torch.equal(v, before[k]) for k, v in body.state_dict().items())
     pictures, exact = _training_pictures(scenes, 1.0)

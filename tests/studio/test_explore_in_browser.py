@@ -69,9 +69,19 @@ def settled(page: Any, what: str) -> None:
     )
 
 
+def place_of(page: Any, handle: str) -> Any:
+    """Where a handle is; an answer that comes just now draws it anew, and it is nowhere."""
+    for _ in range(100):
+        box = page.locator(f'[data-handle="{handle}"] >> nth=0').bounding_box()
+        if box is not None:
+            return box
+        page.wait_for_timeout(20)
+    raise AssertionError(f"no handle {handle}")
+
+
 def drag(page: Any, handle: str, x: float, y: float) -> None:
     """Drags a handle to a place of the scene (pixels of the picture), in a few moves."""
-    box = page.locator(f'[data-handle="{handle}"] >> nth=0').bounding_box()
+    box = place_of(page, handle)
     to = page.evaluate(
         "([x, y]) => { const svg = document.querySelector('#ex-svg');"
         "const p = new DOMPoint(x, y).matrixTransform(svg.getScreenCTM()); return [p.x, p.y]; }",
