@@ -1,15 +1,21 @@
 """What a person at the studio waits for: from the key to the new rings, from the hand to the map.
 
-    python benchmarks/studio.py [--strokes 12] [--drags 12]
+    python benchmarks/studio.py [--strokes 24] [--drags 12]
 
 A studio in a process of its own, Debian's Chromium beside it on the same machine, simulated
 scenes. Writes benchmarks/results/studio.json: medians and 90 % quantiles, milliseconds of the
 clock, and the machine's load meanwhile (on a busy machine everything waits for the processor).
 
 - stroke: from the end of a stroke to the path drawn by the server
-- verdict: from the key A or R to the sentence and rings that count it (goal: 200)
-- drag: from a move of the control point to the verdict and map of a learned rule (goal: 100)
-- inside: what the server waited for of that, by its own clock
+- verdict: from the key A or R to the sentence and rings that count it (goal: 200), where the
+  person looked at the path for 0.7 s first; meanwhile both answers are computed
+- verdict at once: the same of a key pressed as soon as the path was drawn
+- drag: from a move of the control point to verdict, map and deciding place of a learned rule
+  (goal: 100)
+- object: the same from a move of an object, whose picture is painted anew (goal: 100)
+- inside, object inside: what the server waited for of that, by its own clock
+- rest: from the last move to the sentence that says how much further away would do (the page
+  waits 160 for another move first)
 """
 
 from __future__ import annotations
@@ -48,7 +54,7 @@ async ([act, done]) => {
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--strokes", type=int, default=12)
+    parser.add_argument("--strokes", type=int, default=24)
     parser.add_argument("--drags", type=int, default=12)
     options = parser.parse_args()
     from playwright.sync_api import sync_playwright
@@ -129,7 +135,7 @@ def taught(page: Any, address: str, strokes: int) -> dict[str, list[float]]:
     rng = np.random.default_rng(0)
     page.goto(address + "/teach")
     page.wait_for_selector("body[data-ready=yes] .counts", timeout=60_000)
-    found: dict[str, list[float]] = {"stroke": [], "verdict": []}
+    found: dict[str, list[float]] = {"stroke": [], "verdict": [], "verdict at once": []}
     for i in range(strokes):
         scene = data.scenes[i % 12]
         path = bezier_points(scene.start, scene.goal, rng.uniform(10, 90, (1, 1, 2)), 60)[0]
@@ -140,32 +146,48 @@ def taught(page: Any, address: str, strokes: int) -> dict[str, list[float]]:
         found["stroke"].append(
             page.evaluate(CLOCK, [f"emitEvent('teach_stroke', {stroke})", shown])
         )
+        looks = i % 24 < 12  # once in every scene, then at once in every scene
+        if looks:
+            page.wait_for_timeout(700)
         key = "accept" if valid else "reject"
         counted = (
             "(t => t && t[1] * 1 + t[2] * 1)(document.querySelector('.counts').innerText"
             f".match(/(\\d+) accepted\\s+(\\d+) rejected/)) === {i + 1}"
         )
-        found["verdict"].append(page.evaluate(CLOCK, [f"emitEvent('teach_key', '{key}')", counted]))
+        found["verdict" if looks else "verdict at once"].append(
+            page.evaluate(CLOCK, [f"emitEvent('teach_key', '{key}')", counted])
+        )
         page.wait_for_timeout(1000)  # a person looks before the next stroke
     return found
 
 
 def explored(page: Any, address: str, drags: int) -> dict[str, list[float]]:
-    """Moves of the control point under the rule that was taught, by the arrow keys."""
+    """Moves of the control point and of an object under the rule that was taught, by keys."""
     page.goto(address + "/explore")
-    page.wait_for_selector('#explore[data-ready="yes"]', timeout=60_000)
+    page.wait_for_selector('body[data-ready=yes] #explore[data-ready="yes"]', timeout=60_000)
     root = "document.querySelector('#explore').dataset"
-    found: dict[str, list[float]] = {"drag": [], "inside": []}
-    for i in range(drags):
-        key = "ArrowLeft" if i % 4 < 2 else "ArrowRight"
-        press = (
-            "window.was = document.querySelector('#explore').dataset.answered;"
-            "document.querySelector('[data-handle=control]').dispatchEvent("
-            f"new KeyboardEvent('keydown', {{key: '{key}', shiftKey: true, bubbles: true}}))"
-        )
-        found["drag"].append(page.evaluate(CLOCK, [press, f"{root}.answered !== window.was"]))
-        found["inside"].append(float(page.evaluate(f"{root}.milliseconds")))
-        page.wait_for_timeout(200)
+    thing = page.evaluate("document.querySelector('.ex-object').dataset.handle")
+    found: dict[str, list[float]] = {
+        "drag": [], "inside": [], "rest": [], "object": [], "object inside": []
+    }  # fmt: skip
+    for handle in ("control", thing):
+        names = ("drag", "inside") if handle == "control" else ("object", "object inside")
+        for i in range(-1, drags):
+            key = "ArrowLeft" if i % 4 < 2 else "ArrowRight"
+            press = (
+                f"window.was = {root}.answered;"
+                f"document.querySelector('[data-handle=\"{handle}\"]').dispatchEvent("
+                f"new KeyboardEvent('keydown', {{key: '{key}', shiftKey: true, bubbles: true}}))"
+            )
+            took = page.evaluate(CLOCK, [press, f"{root}.answered !== window.was"])
+            inside = float(page.evaluate(f"{root}.milliseconds"))
+            more = page.evaluate(CLOCK, ["", f"{root}.settled === {root}.answered"])
+            if i >= 0:  # the first move of all paints what is under the object
+                found[names[0]].append(took)
+                found[names[1]].append(inside)
+                if handle == "control":
+                    found["rest"].append(took + more)
+            page.wait_for_timeout(100)
     return found
 
 

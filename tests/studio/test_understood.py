@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import threading
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,11 +20,21 @@ from demospec.demonstrations import (
     bezier_points,
 )
 from demospec.errors import InputError
-from demospec.rules import nearest_approach
+from demospec.rules import RuleSet, learn_rules, nearest_approach
 from demospec.scene import Capsule, Disc, Picture, Polygon, Scene, SceneObject
 from demospec.studio._near import NearMemory
 from demospec.studio._rings import contour_at, rings_svg
-from demospec.studio._understood import conflicts, how_many_more, of_type, question, understand
+from demospec.studio._teach_state import TeachState
+from demospec.studio._understood import (
+    Memory,
+    Understood,
+    conflicts,
+    how_many_more,
+    of_type,
+    question,
+    understand,
+)
+from demospec.studio._workbench import Workbench
 
 GLASS = SceneObject("glass-0", "glass", (50.0, 50.0), None, Disc((50.0, 50.0), 6.0))
 PLATE = SceneObject("plate-0", "plate", (50.0, 20.0), None, Disc((50.0, 20.0), 5.0))
@@ -191,15 +205,73 @@ def test_rings_show_both_ends_of_the_interval() -> None:
 
 
 def test_only_what_is_judged_anew_is_learned_anew() -> None:
+    memory = Memory()
     data = set_of([(50, 140), (50, 60), (50, 80)], [True, False, None])
-    first = understand(data, "me")
+    first = understand(data, "me", memory)
     more = set_of([(50, 140), (50, 60), (50, 80), (50, 90)], [True, False, None, None])
-    again = understand(more, "me", first)
+    again = understand(more, "me", memory)
     assert again.rule is first.rule
     assert (again.accepted, again.rejected, again.unsaid) == (1, 1, 2)
     for valid in ([True, True, None], [True, None, None], [True, False, True]):
         other = set_of([(50, 140), (50, 60), (50, 80)], list(valid))
-        assert understand(other, "me", first) == understand(other, "me")
+        assert understand(other, "me", memory) == understand(other, "me")
     moved = replace(SCENE, objects=(replace(PLATE, id="plate-1"), GLASS))
     elsewhere = replace(data, scenes=(moved,))
-    assert understand(elsewhere, "me", first).rule is not first.rule
+    assert understand(elsewhere, "me", memory).rule is not first.rule
+
+
+def test_a_verdict_that_was_foreseen_is_not_learned_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    learned = []
+
+    def learning(data: DemonstrationSet, **settings: Any) -> RuleSet:
+        learned.append(len(data.demonstrations))
+        return learn_rules(data, **settings)
+
+    monkeypatch.setattr("demospec.studio._understood.learn_rules", learning)
+    bench = Workbench(out=tmp_path / "taught")
+    state = TeachState(bench)
+    scene = bench.scenes[0]
+    controls = np.array([[[50.0, y]] for y in (20, 50, 80)])
+    for path in bezier_points(scene.start[:2], scene.goal[:2], controls, 40):
+        state.do("stroke", {"scene": scene.scene_id, "points": path.tolist()})
+        state.foresee()
+        learned.clear()
+        state.do("key", "accept")
+        state.understand()
+        assert not learned
+        assert state.understood == understand(bench.data(), state.type)
+    state.do("key", "undo")
+    learned.clear()
+    state.understand()
+    assert not learned
+    # The answer to a question too.
+    state.ask()
+    state.do("key", "ask")
+    assert state.asked is not None
+    state.foresee()
+    learned.clear()
+    state.do("key", "reject")
+    state.understand()
+    assert state.understood.rejected == 1
+    assert not learned
+    bench.close()
+
+
+def test_two_threads_learn_once_and_an_error_reaches_both() -> None:
+    memory, began, go = Memory(), threading.Event(), threading.Event()
+
+    def fails() -> Understood:
+        began.set()
+        go.wait(60)
+        raise InputError("a rule", "none")
+
+    with ThreadPoolExecutor(2) as pool:
+        first = pool.submit(memory.of, "basis", fails)
+        began.wait(60)
+        second = pool.submit(memory.of, "basis", lambda: understand(None, "me"))
+        go.set()
+        for one in (first, second):
+            with pytest.raises(InputError, match="expected a rule"):
+                one.result(60)

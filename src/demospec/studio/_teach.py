@@ -11,8 +11,11 @@ from demospec.studio._teach_state import TeachState
 from demospec.studio._teach_view import TeachView
 from demospec.studio._workbench import Workbench
 
+LOOK_S = 0.15
+"""Nobody judges a path sooner; who does is not kept waiting by what was foreseen."""
+
 PAUSE_S = 0.3
-"""How long nothing must happen until the next question is computed."""
+"""How long nothing more must happen until the next question is computed."""
 
 
 def register(workbench: Workbench) -> None:
@@ -40,7 +43,11 @@ def register(workbench: Workbench) -> None:
                     view.show_understood(time.perf_counter() - began)
             finally:
                 busy["on"] = False
-            await advise(state.wanted())
+            about = state.wanted()
+            await asyncio.sleep(LOOK_S)
+            if about == state.wanted():
+                await run.io_bound(state.foresee)
+            await advise(about)
 
         async def advise(about: tuple[int, str]) -> None:
             """The next question, unless something happens meanwhile: a verdict goes first."""

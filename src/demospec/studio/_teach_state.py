@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
-from demospec.demonstrations import Demonstration
+from demospec.demonstrations import Demonstration, checked_points
 from demospec.errors import DemospecError, InputError
 from demospec.rules import Query
 from demospec.scene import Polygon, Scene
 from demospec.studio._scene_svg import short_name
 from demospec.studio._understood import (
     Conflict,
+    Memory,
     how_many_more,
     question,
     understand,
@@ -45,6 +47,7 @@ class TeachState:
         self.asked: Query | None = None
         """The question that is shown, or None."""
         self.next_question: Query | None = None
+        self._memory = Memory()
         self.understood = understand(None, self.type)
         self.advice = ""
         self.computed: tuple[int, str] | None = None
@@ -97,8 +100,30 @@ class TeachState:
     def understand(self) -> None:
         """Learns from what stands (for a worker thread)."""
         wanted = self.wanted()
-        self.understood = understand(self.bench.data(), wanted[1], self.understood)
+        self.understood = understand(self.bench.data(), wanted[1], self._memory)
         self.computed = wanted
+
+    def foresee(self) -> None:
+        """Learns from either verdict on the path that waits for one (for a worker thread).
+
+        A person looks at a path for a while; then the rings move at the press of the key.
+        """
+        wanted = self.wanted()
+        waiting = self._waiting()
+        for valid in (True, False) if waiting is not None else ():
+            if self.wanted() == wanted and waiting is not None:
+                judged = self.bench.data(replace(waiting, valid=valid))
+                understand(judged, wanted[1], self._memory)
+
+    def _waiting(self) -> Demonstration | None:
+        """The path that A or R would be about now."""
+        if self.asked is not None and self.asked.points is not None:
+            return Demonstration(
+                self.bench.next_id(), str(self.asked.scene), checked_points(self.asked.points, 2),
+                self.type, self.demonstrator or None,
+            )  # fmt: skip
+        chosen = self.bench.standing.demonstrations.get(self.chosen or "")
+        return chosen if chosen is not None and chosen.valid is None else None
 
     def ask(self) -> None:
         """Computes the next question (for a worker thread)."""

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+import threading
+from collections import OrderedDict
+from collections.abc import Callable, Hashable, Mapping
+from concurrent.futures import Future
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -41,7 +44,6 @@ class Understood:
         sentence: The same in plain words, or why nothing can be said.
         probability: Symbol → probability that it matters.
         conflicts: Rejections that contradict acceptances.
-        basis: What it was learned from; where that is the same, so is the rest.
     """
 
     type: str
@@ -52,7 +54,6 @@ class Understood:
     sentence: str
     probability: Mapping[str, float] = field(default_factory=dict)
     conflicts: tuple[Conflict, ...] = ()
-    basis: Any = field(default=None, repr=False, compare=False)
 
     def to_json(self) -> dict[str, Any]:
         """The JSON document of ``/api/understood``. A bound that does not exist is null."""
@@ -81,15 +82,46 @@ class Understood:
         }
 
 
+class Memory:
+    """The last understandings of one tab, each learned once, whoever asks, from any thread.
+
+    A stroke teaches nothing until it is judged, undo leads back to what was known, and a
+    verdict may be known before it comes (`TeachState.foresee`).
+    """
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._known: OrderedDict[Hashable, Future[Understood]] = OrderedDict()
+
+    def of(self, basis: Hashable, learn: Callable[[], Understood]) -> Understood:
+        """What was learned from that basis; waits where another thread is learning it."""
+        with self._lock:
+            mine = basis not in self._known
+            found = self._known.setdefault(basis, Future())
+            self._known.move_to_end(basis)
+            while len(self._known) > _REMEMBERED:
+                self._known.popitem(last=False)
+        if mine:
+            try:
+                found.set_result(learn())
+            except BaseException as error:
+                found.set_exception(error)
+                with self._lock:
+                    self._known.pop(basis, None)
+        return found.result()
+
+
+_REMEMBERED = 64
+
+
 def understand(
-    data: DemonstrationSet | None, type: str, before: Understood | None = None
+    data: DemonstrationSet | None, type: str, memory: Memory | None = None
 ) -> Understood:
     """Learns the clearance rule of one type; what cannot be learned is said in the sentence.
 
     Args:
         data: All demonstrations as they stand, or None while there is none.
-        before: An earlier answer. Most strokes are drawn before they are judged, and teach
-            nothing until then: then it is taken over, with the new counts.
+        memory: Asked first.
     """
     mine = None if data is None else of_type(data, type)
     if mine is None:
@@ -98,28 +130,28 @@ def understand(
     counts = (int((valid == 1).sum()), int((valid == 0).sum()), int((valid < 0).sum()))
     if not counts[0] + counts[1]:
         return Understood(type, *counts, None, "nothing accepted or rejected yet")
-    basis = _basis(mine)
-    if before is not None and before.type == type and before.basis == basis:
-        return replace(before, accepted=counts[0], rejected=counts[1], unsaid=counts[2])
+    found = _learned(mine, type) if memory is None else memory.of(
+        (type, *_basis(mine)), lambda: _learned(mine, type)
+    )  # fmt: skip
+    return replace(found, accepted=counts[0], rejected=counts[1], unsaid=counts[2])
+
+
+def _learned(mine: DemonstrationSet, type: str) -> Understood:
+    """All but the counts."""
     try:
         rules = learn_rules(mine, split=None, influence=False, measure=measure).of_type(type)
     except CannotJudgeError:
         words = "the objects in these scenes are not listed, so no distance can be measured"
-        return Understood(type, *counts, None, words, basis=basis)
+        return Understood(type, 0, 0, 0, None, words)
     except InputError as error:
-        return Understood(type, *counts, None, f"cannot learn: {error}", basis=basis)
+        return Understood(type, 0, 0, 0, None, f"cannot learn: {error}")
+    sure = rules.evidence.get("probability", {})
     return Understood(
-        type,
-        *counts,
-        rules.clearance,
-        rules.sentence,
-        rules.evidence.get("probability", {}),
-        conflicts(mine),
-        basis,
-    )
+        type, 0, 0, 0, rules.clearance, rules.sentence, sure, conflicts(mine)
+    )  # fmt: skip
 
 
-def _basis(data: DemonstrationSet) -> tuple[Any, ...]:
+def _basis(data: DemonstrationSet) -> tuple[Hashable, ...]:
     """Equal where the same paths have the same labels beside the same objects."""
     d = data.demonstrations
     judged = [
@@ -127,8 +159,9 @@ def _basis(data: DemonstrationSet) -> tuple[Any, ...]:
         for i in np.flatnonzero(d.valid >= 0)
     ]
     named = {scene_id for _, scene_id, _, _ in judged}
-    objects = {s.scene_id: s.objects for s in data.scenes if s.scene_id in named}
-    return judged, objects, data.symbols, [s.size_px for s in data.scenes]
+    objects = [(s.scene_id, s.objects) for s in data.scenes if s.scene_id in named]
+    sizes = [s.size_px for s in data.scenes]
+    return tuple(judged), tuple(objects), data.symbols, tuple(sizes)
 
 
 def question(data: DemonstrationSet | None, type: str, *, seed: int = 0) -> Query:

@@ -156,13 +156,18 @@ class Workbench:
         found = (o.symbol for s in self.scenes for o in s.objects or ())
         return tuple(dict.fromkeys([*first, *found]))
 
-    def data(self) -> DemonstrationSet | None:
-        """The set as it stands, or None while there is no demonstration."""
+    def data(self, *instead: Demonstration) -> DemonstrationSet | None:
+        """The set as it stands, or None while there is no demonstration.
+
+        Args:
+            instead: As if these stood in it too, in the place of those of the same id.
+        """
         now = self.standing
-        if not now.demonstrations:
+        shown = {**now.demonstrations, **{d.demo_id: d for d in instead}}
+        if not shown:
             return None
         columns = ("x", "y") if self.original is None else self.original.columns
-        demos = [_padded(d, len(columns)) for d in now.demonstrations.values()]
+        demos = [_padded(d, len(columns)) for d in shown.values()]
         return DemonstrationSet(
             scenes=tuple(now.scenes.values()),
             demonstrations=Demonstrations.of(demos, len(columns)),
@@ -201,14 +206,8 @@ class Workbench:
         if t is not None and len(t) != len(path):
             raise InputError(f"{len(path)} times", len(t), field="t")
         with self._lock, self.journal.alone():
-            taken = set(self.standing.demonstrations) | {
-                str(e.body.get("demo_id")) for e in self.journal.events()
-            }
-            number = 1
-            while f"drawn-{number:04d}" in taken:
-                number += 1
             demo = Demonstration(
-                f"drawn-{number:04d}", scene.scene_id, path, _word(type, "type"),
+                self.next_id(), scene.scene_id, path, _word(type, "type"),
                 _word(demonstrator, "demonstrator"), valid,
                 None if t is None else _times(t),
             )  # fmt: skip
@@ -220,6 +219,16 @@ class Workbench:
             self.journal.append_within("add", demonstration_body(demo), actor=actor)
         self._changed()
         return demo
+
+    def next_id(self) -> str:
+        """The id that the next demonstration will have, unless another process draws first."""
+        taken = set(self.standing.demonstrations) | {
+            str(e.body.get("demo_id")) for e in self.journal.events()
+        }
+        number = 1
+        while f"drawn-{number:04d}" in taken:
+            number += 1
+        return f"drawn-{number:04d}"
 
     def label(self, demo_id: str, valid: bool | None, *, actor: str) -> None:
         """Accepts (True), rejects (False) or takes back the verdict (None)."""
