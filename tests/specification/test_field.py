@@ -234,3 +234,16 @@ def test_tuning_leaves_the_shipped_body_alone_and_brings_it_nearer_to_the_outlin
     assert miss(tuned) < miss(body)
     again = tuned_body(body, scenes, 1.0, seed=0, settings=settings)
     assert miss(again) == miss(tuned)
+
+
+def test_nested_types_are_nested_in_every_scene_that_is_only_seen(model, data):
+    # Between classes that nobody is sure of, mean clearances could say otherwise.
+    careful, normal = (model.rules[t] for t in ("careful", "normal"))
+    assert normal.is_nested_in(careful)
+    assert not careful.is_nested_in(normal)
+    rng = np.random.default_rng(1)
+    for scene in data.of_split("test").scenes:
+        plane = ControlPlane(model.see(scene, use_lists=False))
+        controls = rng.uniform(-20, 120, (200, 1, 2))
+        strict, loose = (plane.logits(controls, t) for t in ("careful", "normal"))
+        assert (loose >= strict - 1e-5).all()

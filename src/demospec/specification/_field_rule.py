@@ -74,6 +74,17 @@ class FieldRule:
             tuple(n for n in symbols if n in uninformed),
         )
 
+    def is_nested_in(self, other: FieldRule) -> bool:
+        """True where this type cares about fewer classes, and about those no more than `other`.
+
+        "No more": a clearance that is larger by at most twice the spread of both.
+        """
+        mine, others = set(self.relevant), set(other.relevant)
+        return mine < others and all(
+            self.clearance[n] - other.clearance[n] <= 2 * np.hypot(self.spread[n], other.spread[n])
+            for n in mine
+        )
+
     def of_classes(self, classes: Mapping[str, float]) -> tuple[float, float, float]:
         """Relevance, clearance and spread of a thing of uncertain class.
 

@@ -88,12 +88,19 @@ class FieldView:
     _maps: dict[str, LogitMap] = field(default_factory=dict, repr=False)
 
     def map_of(self, type: str) -> LogitMap:
-        """The logit map of one type; made once."""
+        """The logit map of one type; made once.
+
+        Whatever a type accepts, one whose rule is nested in its rule accepts too: of a thing of
+        uncertain class the mean clearance over the classes could say otherwise.
+        """
         if type not in self._maps:
             rules = self.model.rules
             if type not in rules:
                 raise InputError(f"one of the types {', '.join(rules)}", type, field="type")
             values = logit_map(self.parts, rules[type], self.shape)
+            for name, other in rules.items():
+                if rules[type].is_nested_in(other):
+                    values = np.maximum(values, self.map_of(name).values)
             self._maps[type] = LogitMap(values, self.size)
         return self._maps[type]
 
