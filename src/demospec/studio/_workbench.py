@@ -326,9 +326,7 @@ class Workbench:
         Raises:
             InputError: There is no demonstration yet.
         """
-        # Two processes must not write the folder at once. Nobody who draws or looks waits for
-        # that: no lock of theirs is held meanwhile.
-        with self.journal.turn():
+        with self.journal.alone():  # two processes must not write the folder at once
             data = self.data()
             if data is None:
                 raise InputError("at least one demonstration", "none", field="demonstrations")
