@@ -196,6 +196,8 @@ def test_a_lost_connection_stops_the_hand_and_keeps_the_words(tab: Any, studio_o
     assert field.input_value() == "unsent"
     tab.keyboard.press("Enter")  # where the person was
     tab.wait_for_function("document.body.innerText.includes('Paths of unsent')")
+    # The tab remembers a moment after it shows.
+    tab.wait_for_function("(sessionStorage.demospecTeach || '').includes('unsent')")
     # A studio that was killed and started again does not know the tab: it is loaded anew.
     port = int(studio_of.address.rsplit(":", 1)[1])
     studio_of.kill()
