@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import threading
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
-from demospec.demonstrations import read_set, simulate_set, write_set
+from demospec.demonstrations import DemonstrationSet, read_set, simulate_set, write_set
 from demospec.errors import InputError, OutputError
 from demospec.studio._journal import Journal
 from demospec.studio._workbench import SO_FAR, Workbench
@@ -291,3 +292,26 @@ def test_strokes_keep_their_numbers(tmp_path: Path) -> None:
     again = Workbench(out=tmp_path / "new")
     assert np.array_equal(again.demonstrations[0].points, points)
     again.close()
+
+
+def test_writing_the_set_keeps_nobody_from_the_journal(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The writer held the journal and waited for the table, a reader the other way round."""
+    bench = Workbench(out=tmp_path / "taught")
+    scene = bench.scenes[0]
+    bench.draw(scene.scene_id, [scene.start[:2], scene.goal[:2]], actor="a", valid=True)
+    reached, data = threading.Event(), bench.data
+
+    def seen() -> DemonstrationSet | None:
+        reached.set()
+        return data()
+
+    monkeypatch.setattr(bench, "data", seen)
+    with ThreadPoolExecutor(2) as pool:
+        with bench._lock:
+            writer = pool.submit(bench.write)
+            assert reached.wait(60)
+            assert len(pool.submit(bench.journal.events).result(60)) == 13
+        assert writer.result(60) == bench.out
+    bench.close()

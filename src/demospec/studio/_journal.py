@@ -107,9 +107,32 @@ class Journal:
 
     @contextmanager
     def alone(self) -> Iterator[None]:
-        """Keeps every other writer, in this process and in others, out of the block."""
+        """Keeps every other writer, in this process and in others, out of the block.
+
+        Whoever holds other locks too takes this one last.
+        """
         with self._writing():
             yield
+
+    @contextmanager
+    def turn(self) -> Iterator[None]:
+        """Keeps who else asks for a turn, in this process and in others, out of the block.
+
+        Apart from `alone`, and longer: the journal is read and written meanwhile.
+
+        Raises:
+            OutputError: Another process keeps its turn.
+        """
+        place = self.file.with_name(self.file.name + "-turn")
+        base = sqlite3.connect(place, timeout=_WAIT_S, isolation_level=None)
+        try:
+            try:
+                base.execute("BEGIN EXCLUSIVE")
+            except sqlite3.OperationalError as error:
+                raise OutputError(f"{place}: another studio is writing: {error}") from error
+            yield
+        finally:
+            base.close()
 
     def events(self) -> Sequence[Event]:
         """All events, in order; only those that are new are read."""

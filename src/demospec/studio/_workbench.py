@@ -326,7 +326,9 @@ class Workbench:
         Raises:
             InputError: There is no demonstration yet.
         """
-        with self.journal.alone():  # two processes must not write the folder at once
+        # Two processes must not write the folder at once. Nobody who draws or looks waits for
+        # that: no lock of theirs is held meanwhile.
+        with self.journal.turn():
             data = self.data()
             if data is None:
                 raise InputError("at least one demonstration", "none", field="demonstrations")
