@@ -20,7 +20,8 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 from demospec.demonstrations import DemonstrationSet, read_set, simulate_set, write_set
 from demospec.errors import InputError, OutputError
 from demospec.studio._journal import Journal
-from demospec.studio._workbench import SO_FAR, Workbench
+from demospec.studio._models import SO_FAR
+from demospec.studio._workbench import Workbench
 
 PATH = [[10.0, 50.0], [50.0, 70.0], [90.0, 50.0]]
 

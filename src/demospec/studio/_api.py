@@ -177,7 +177,7 @@ def build_router(bench: Workbench) -> Any:
         known = understand(bench.data(), type)
         return {**found.to_json(), "advice": how_many_more(found, known)}
 
-    @router.get("/export/rules", summary="The rule file, as `demospec rules SET --json`")
+    @router.get("/export/rules", summary="The rule file, as demospec rules SET --json writes it")
     def export_rules() -> dict[str, Any]:
         from demospec.rules import rules_document
 

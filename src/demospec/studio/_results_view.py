@@ -79,10 +79,13 @@ def table(
             words = f"<strong>{cell}</strong>" if (i, j) in bold else cell
             cells.append(f"<td{' class=num' if j >= numbers else ''}>{words}</td>")
         lines.append(f"<tr>{''.join(cells)}</tr>")
-    said = f"<caption>{caption}</caption>" if caption else ""
+    # Above what scrolls sideways, so that a narrow page does not cut it off.
+    said = f'<p class="re-caption">{caption}</p>' if caption else ""
+    name = f' aria-label="{caption}"' if caption else ""
     return (
-        '<div class="re-wide" tabindex="0" role="group" aria-label="Table, scrolls sideways">'
-        f"<table>{said}<thead><tr>{head}</tr></thead><tbody>{''.join(lines)}</tbody></table></div>"
+        f'{said}<div class="re-wide" tabindex="0" role="group" '
+        'aria-label="Table, scrolls sideways">'
+        f"<table{name}><thead><tr>{head}</tr></thead><tbody>{''.join(lines)}</tbody></table></div>"
     )
 
 

@@ -19,9 +19,10 @@ from demospec.demonstrations import (
     simulate_set,
     write_set,
 )
-from demospec.errors import InputError, MissingExtraError, OutputError
+from demospec.errors import InputError, OutputError
 from demospec.scene import Scene
 from demospec.studio._journal import Journal
+from demospec.studio._models import SO_FAR, ModelFiles, RulesSoFar
 from demospec.studio._taught import (
     Taught,
     demonstration_body,
@@ -39,9 +40,6 @@ MAX_STROKE_POINTS = 5000
 
 TYPES = ("me",)
 """User types offered where the set names none."""
-
-SO_FAR = "understood so far"
-"""Name, among the models, of the rules learned from what is on the table."""
 
 
 class Workbench:
@@ -76,7 +74,6 @@ class Workbench:
         if set_folder is None and run is not None and (run / "set" / "dataset.json").is_file():
             set_folder = run / "set"
         self.set_folder = set_folder
-        self.model_path = model
         self.run_folder = run
         self.original = None if set_folder is None else read_set(set_folder)
         """The set as it was read, or None."""
@@ -87,8 +84,8 @@ class Workbench:
         self._lock = threading.RLock()
         self._parsed: dict[int, Scene | Demonstration] = {}
         self._standing: tuple[int, Taught] | None = None
-        self._models: dict[str, ValidityModel] | None = None
-        self._rules: tuple[int, RuleSet | None] | None = None
+        self._models = ModelFiles(model, run, set_folder)
+        self._rules = RulesSoFar()
         self._listeners: list[Callable[[], None]] = []
         before = () if scenes_only or self.original is None else self.original.demonstrations
         self._before: tuple[Demonstration, ...] = tuple(before)
@@ -340,49 +337,19 @@ class Workbench:
         Loaded once; the rules understood so far are as they stand now. A model whose library
         is absent is left out.
         """
-        with self._lock:
-            if self._models is None:
-                self._models = _load_models(self._places(), self.model_path)
-            found = dict(self._models)
         so_far = self.rules()
+        found = self._models.all()
         return found if so_far is None else {SO_FAR: so_far, **found}
 
     def rule_sets(self) -> Mapping[str, RuleSet]:
         """The `models` that are rule files; no network is loaded for them."""
-        from demospec.rules import RuleSet
-
-        found: dict[str, RuleSet] = {}
         so_far = self.rules()
-        if so_far is not None:
-            found[SO_FAR] = so_far
-        files = {n: p for n, p in self._places().items() if p.is_file()}
-        for name, model in _load_models(files, self.model_path).items():
-            if isinstance(model, RuleSet):
-                found[name] = model
-        return found
-
-    def _places(self) -> dict[str, Path]:
-        return _places_of(self.model_path, self.run_folder, self.set_folder)
+        found = self._models.rule_files()
+        return found if so_far is None else {SO_FAR: so_far, **found}
 
     def rules(self) -> RuleSet | None:
         """Clearance rules from what stands, or None while there is nothing to learn from."""
-        version = self.version
-        with self._lock:
-            if self._rules is None or self._rules[0] != version:
-                self._rules = (version, self._learned())
-            return self._rules[1]
-
-    def _learned(self) -> RuleSet | None:
-        from demospec.rules import learn_rules
-        from demospec.studio._near import near
-
-        data = self.data()
-        if data is None:
-            return None
-        try:
-            return learn_rules(data, split=None, influence=False, measure=near)
-        except InputError:  # no label yet, or no scene that lists its objects
-            return None
+        return self._rules.of(self.version, self.data)
 
     def close(self) -> None:
         self.journal.close()
@@ -416,38 +383,6 @@ def _digest(data: DemonstrationSet | None, scenes_only: bool) -> str:
     if not scenes_only:
         names += list(data.demonstrations.demo_id)
     return hashlib.sha256("\n".join(names).encode()).hexdigest()
-
-
-def _places_of(model: Path | None, run: Path | None, set_folder: Path | None) -> dict[str, Path]:
-    """Name → model folder or rule file."""
-    places: dict[str, Path] = {}
-    if model is not None:
-        places[model.stem] = model
-    if run is not None:
-        for config in sorted(run.glob("*/config.json")):
-            places.setdefault(config.parent.name, config.parent)
-        if (run / "rules.json").is_file():
-            places.setdefault("rules", run / "rules.json")
-    if set_folder is not None and (set_folder / "truth.json").is_file():
-        places.setdefault("truth", set_folder / "truth.json")
-    return places
-
-
-def _load_models(places: Mapping[str, Path], model: Path | None) -> dict[str, ValidityModel]:
-    """The models that can be loaded; one that was asked for by name must be."""
-    from demospec.specification import load_model
-
-    found: dict[str, ValidityModel] = {}
-    for name, place in places.items():
-        try:
-            found[name] = load_model(place)
-        except MissingExtraError:
-            if place == model:
-                raise
-        except InputError:
-            if place == model:
-                raise
-    return found
 
 
 def _padded(demo: Demonstration, columns: int) -> Demonstration:
