@@ -43,9 +43,8 @@ class Cutout:
     def put(self, scene: Scene, center: tuple[float, float], angle_rad: float = 0.0) -> Scene:
         """The scene with the object there (to the nearest pixel); the angle is not used."""
         shift = np.round(np.asarray(center) - np.asarray(self.item.center)).astype(int)
-        picture = None
-        if scene.picture is not None:
-            picture = Picture.drawn(scene.picture.size_px, lambda: self._laid(scene, shift))
+        size_px = scene.shown_picture().size_px
+        picture = Picture.drawn(size_px, lambda: self._laid(scene, shift))
         objects = scene.objects
         if objects is not None:
             placed = replace(self.item.moved(shift), id=new_id(scene, self.item.symbol))

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from demospec.frames import FloatArray
 from demospec.perception._backgrounds import NoiseBank, table_top, uneven_light
 from demospec.perception._pictures import DEEP_PX, FAR_PX, Planes, finish
-from demospec.perception._solids import CLEAR, Solid, make_solid
+from demospec.perception._solid_parts import CLEAR, Solid
+from demospec.perception._solids import make_solid
 from demospec.scene import (
     SAMPLES,
     Light,

@@ -82,8 +82,7 @@ def overlay(
 
 
 def _with_cut_out(scene: Scene, cut: CutOut, center: ArrayLike, name: str) -> Scene:
-    if scene.picture is None:
-        scene.pixels()  # says what is missing
+    size_px = scene.shown_picture().size_px
 
     def drawn() -> Image:
         image = scene.pixels() / 255.0
@@ -93,8 +92,7 @@ def _with_cut_out(scene: Scene, cut: CutOut, center: ArrayLike, name: str) -> Sc
     objects = None
     if scene.objects is not None:
         objects = (*scene.objects, cut.placed(center, name))
-    assert scene.picture is not None
-    return scene.with_changes(objects=objects, picture=Picture.drawn(scene.picture.size_px, drawn))
+    return scene.with_changes(objects=objects, picture=Picture.drawn(size_px, drawn))
 
 
 def _chosen(

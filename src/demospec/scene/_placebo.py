@@ -37,10 +37,7 @@ def placebo_patch(
     Raises:
         InputError: The scene has no other free place of that size.
     """
-    if scene.picture is None:
-        scene.pixels()  # says what is missing
-    assert scene.picture is not None
-    width, height = scene.picture.size_px
+    width, height = scene.shown_picture().size_px
     to = np.asarray(center, dtype=np.float64)
     y, x = np.mgrid[0:height, 0:width]
     distance = np.hypot(x + 0.5 - to[0], y + 0.5 - to[1])

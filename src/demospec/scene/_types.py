@@ -239,13 +239,17 @@ class Scene:
             )
         return self.objects
 
-    def pixels(self) -> Image:
-        """(height, width, 3) uint8; CannotJudgeError where the scene has no picture."""
+    def shown_picture(self) -> Picture:
+        """The picture; CannotJudgeError where the scene has none."""
         if self.picture is None:
             raise CannotJudgeError(
                 "a picture", "none", row=f"scene {self.scene_id}", field="file_name"
             )
-        return self.picture.pixels
+        return self.picture
+
+    def pixels(self) -> Image:
+        """(height, width, 3) uint8; CannotJudgeError where the scene has no picture."""
+        return self.shown_picture().pixels
 
     def with_changes(
         self, *, objects: tuple[SceneObject, ...] | None, picture: Picture | None
