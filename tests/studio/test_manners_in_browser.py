@@ -48,6 +48,15 @@ def test_axe_finds_nothing_serious(page: Any, address: str, scheme: str) -> None
         assert serious == [], name
 
 
+def test_a_page_is_not_dim_once_a_person_may_act(page: Any, address: str) -> None:
+    main = opened(page, f"{address}/results").locator(".studio-main")
+    look = "e => getComputedStyle(e).opacity"
+    main.evaluate("e => { e.inert = true; }")
+    page.wait_for_function("getComputedStyle(document.querySelector('.studio-main')).opacity < .6")
+    assert main.evaluate("e => { e.inert = false; return getComputedStyle(e).opacity; }") == "1"
+    assert main.evaluate(look) == "1"
+
+
 def test_at_200_percent_nothing_is_cut_off(page: Any, address: str) -> None:
     page.set_viewport_size({"width": 640, "height": 450})  # what 1280 × 900 has left at 200 %
     for name in PAGES:
