@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from demospec.errors import CannotJudgeError, InputError
 from demospec.scene._footprints import Disc, Footprint, Polygon, rectangle
+from demospec.scene._upright import upright, upright_size
 from demospec.scene._whole import is_truncated
 
 Image = NDArray[np.uint8]
@@ -78,7 +79,11 @@ def _box(bbox: tuple[float, float, float, float] | None) -> Polygon | None:
 
 
 class Picture:
-    """A picture in memory or in a file; a file is decoded each time the pixels are asked for."""
+    """A picture in memory or in a file; a file is decoded each time the pixels are asked for.
+
+    A photograph that notes which way is up (EXIF) is turned as viewers turn it: sizes, pixels
+    and all coordinates are those of the picture that people see.
+    """
 
     _draw: Callable[[], Image] | None = None
 
@@ -126,7 +131,7 @@ class Picture:
         if self._size is None:
             with _opened(self.file) as picture:
                 _refuse_truncated(self.file, str(picture.format))
-                self._size = (int(picture.size[0]), int(picture.size[1]))
+                self._size = upright_size(picture)
         return self._size
 
     @property
@@ -143,7 +148,7 @@ class Picture:
             return self._array
         with _opened(self.file) as picture:
             try:
-                return np.asarray(picture.convert("RGB"))
+                return np.asarray(upright(picture).convert("RGB"))
             except _BROKEN as error:
                 raise InputError("a whole picture", str(error), file=self.file) from error
 
@@ -171,6 +176,8 @@ def _opened(file: str | os.PathLike[str] | None) -> Any:
         with warnings.catch_warnings():
             # Pillow warns of some large pictures; ours is a refusal, below.
             warnings.simplefilter("ignore", PIL.Image.DecompressionBombWarning)
+            # Nor does a damaged note beside the pixels concern anyone.
+            warnings.filterwarnings("ignore", "(Possibly c|C)orrupt EXIF data")
             picture = PIL.Image.open(file, formats=_FORMATS)
     except PIL.Image.DecompressionBombError as error:
         raise InputError(
