@@ -62,8 +62,8 @@ def test_report_is_self_contained(run: Path) -> None:
 
 def test_report_keeps_seen_and_unseen_scenes_apart(run: Path) -> None:
     text = (run / "report.html").read_text(encoding="utf-8")
-    assert "seen scenes, held-out paths" in text
-    assert "unseen scenes and items" in text
+    assert "<td>seen</td>" in text
+    assert "<td>unseen</td>" in text
     assert "undefined: one class" in text
     assert "demospec demo" in text
 

@@ -12,7 +12,18 @@ from demospec.cli import main
 from demospec.demonstrations import read_set, simulate_set, write_set
 from demospec.errors import InputError
 from demospec.files import read_json, write_json
-from demospec.report import Table, Text, build_report, render_html, write_html, write_markdown
+from demospec.report import (
+    Figure,
+    Lines,
+    Report,
+    Section,
+    Table,
+    Text,
+    build_report,
+    render_html,
+    write_html,
+    write_markdown,
+)
 from demospec.report._view import share, wilson
 from demospec.rules import learn_rules, rules_document
 
@@ -105,11 +116,35 @@ def test_page_and_markdown_hold_the_same_cells_and_words(run: Path, tmp_path: Pa
     rows = [line.strip("| ").split(" | ") for line in lines if line.startswith("| ")]
     cells = [cell.strip("*") for row in rows for cell in row]
     assert cells == page.cells
-    words = [b.words for s in report.sections for b in s.blocks if isinstance(b, Text)]
+    every = [b for s in report.sections for b in s.blocks]
+    words = [b.words for b in every if isinstance(b, Text)]
+    words += [w for b in every if isinstance(b, Lines) for w in b.sentences]
     assert words
     told = [line.replace("\u00a0", " ") for line in lines]
     assert all(any(w.replace("\u00a0", " ") in line for line in told) for w in words)
     assert not any(" %" in line for line in lines)  # no line may end between number and sign
+
+
+def test_sentences_stand_below_each_other_and_intervals_stay_whole() -> None:
+    blocks = (
+        Lines(("One & only.", "Two.")),
+        Table(("share",), (("50.0 % [40.0,\u00a060.0], n = 9",), ("none",))),
+    )
+    page = render_html(Report("t", "s", (), (Section("a", "A", blocks),)))
+    assert re.findall("<li>(.*?)</li>", page) == ["One &amp; only.", "Two."]
+    assert '<td>50.0\u00a0% <span class="ends">[40.0,\u00a060.0], n = 9</span></td>' in page
+    assert "<td>none</td>" in page
+
+
+@pytest.mark.parametrize("dpi", [75, 150])
+def test_letters_of_a_picture_keep_their_size_whatever_its_resolution(dpi: int) -> None:
+    from matplotlib.figure import Figure as Drawn
+
+    from demospec.report._scene_picture import to_png
+
+    picture = Figure(to_png(Drawn(figsize=(5, 2)), dpi=dpi), "c", "a")
+    page = render_html(Report("t", "s", (), (Section("a", "A", (picture,)),)))
+    assert 'width="480"' in page  # five inches of 96 CSS pixels
 
 
 def test_accepted_shares_have_n_and_interval(run: Path) -> None:

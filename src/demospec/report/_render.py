@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import base64
+import re
+import struct
 from pathlib import Path
 from typing import Any
 
 from demospec.files import writing_file, writing_folder
-from demospec.report._view import Figure, Report, Table, Text
+from demospec.report._view import Figure, Lines, Report, Table, Text
 
 
 def render_html(report: Report) -> str:
@@ -23,8 +25,11 @@ def render_html(report: Report) -> str:
         finalize=_whole_numbers,
     )
     environment.tests["text"] = lambda block: isinstance(block, Text)
+    environment.tests["lines"] = lambda block: isinstance(block, Lines)
     environment.tests["table"] = lambda block: isinstance(block, Table)
     environment.filters["inline"] = _inline
+    environment.filters["wide"] = _natural_width
+    environment.filters["stacked"] = _stacked
     return environment.get_template("report.html.j2").render(report=report)
 
 
@@ -35,6 +40,29 @@ def _whole_numbers(value: Any) -> Any:
 
 def _inline(figure: Figure) -> str:
     return "data:image/png;base64," + base64.b64encode(figure.png).decode("ascii")
+
+
+def _stacked(cell: str) -> Any:
+    """``0.35 [0.26, 0.46]`` with the interval as a part of its own, which the style may place."""
+    from markupsafe import Markup
+
+    value, bracket, ends = cell.partition(" [")
+    if not bracket:
+        return cell
+    parts = (_whole_numbers(value), _whole_numbers(f"[{ends}"))
+    return Markup('{} <span class="ends">{}</span>').format(*parts)
+
+
+def _natural_width(figure: Figure) -> int:
+    """Width in CSS pixels at which its letters have the size that they were set in.
+
+    Read from the PNG: pixels in a row and, where they are told, pixels in a metre.
+    """
+    (pixels,) = struct.unpack(">I", figure.png[16:20])
+    found = re.search(rb"pHYs(.{4})", figure.png[:4096], re.DOTALL)
+    per_metre = struct.unpack(">I", found.group(1))[0] if found else 0
+    per_inch = per_metre * 0.0254 if per_metre else 150.0
+    return round(96 * pixels / per_inch)
 
 
 def write_html(report: Report, path: Path) -> None:
@@ -54,6 +82,8 @@ def write_markdown(report: Report, folder: Path) -> Path:
             for block in section.blocks:
                 if isinstance(block, Text):
                     lines += [f"**{block.words}**" if block.emphasis else block.words, ""]
+                elif isinstance(block, Lines):
+                    lines += [*(f"- {sentence}" for sentence in block.sentences), ""]
                 elif isinstance(block, Table):
                     lines += _markdown_table(block)
                 else:

@@ -10,7 +10,7 @@ from demospec.causal import findings_from_document
 from demospec.report._build import Run
 from demospec.report._causal_picture import draw_causal_picture
 from demospec.report._scene_picture import draw_path, draw_scene, new_figure, to_png
-from demospec.report._view import Block, Figure, Section, Table, Text, bracket, number
+from demospec.report._view import Block, Figure, Lines, Section, Table, Text, bracket, number
 
 
 def cares(run: Run) -> Section | None:
@@ -32,7 +32,7 @@ def cares(run: Run) -> Section | None:
                 f"{_source(first)}:"
             )
         )
-        blocks.append(Text(" ".join(found["sentences"])))
+        blocks.append(Lines(tuple(found["sentences"])))
         blocks.append(
             Figure(
                 to_png(draw_causal_picture(findings_from_document(found))),
@@ -116,6 +116,13 @@ def sure(run: Run) -> Section | None:
     influence = influence_table(types, run.data.units)
     if influence is not None:
         blocks.append(influence)
+        told = influence_sentences(types)
+        if told:
+            words = (
+                "The same in words. This rule measures to centres: it may contradict "
+                "demonstrations that clearances to outlines explain."
+            )
+            blocks += [Text(words), Lines(told)]
     if run.query is not None:
         asked = {t: q for t, q in run.query.items() if q.get("status") == "ask"}
         settled = [t for t, q in run.query.items() if q.get("status") == "settled"]
@@ -200,19 +207,23 @@ def influence_table(types: dict[str, Any], units: str) -> Table | None:
             rows.append((type_, words, *told, f"{both[0]} – {both[1]}"))
     if not rows:
         return None
-    contradicted = [
-        f"{t} {r['evidence']['influence']}."
-        for t, r in types.items()
-        if r.get("influence") and (r.get("evidence") or {}).get("influence")
-    ]
     header = ("type", "parameter", "at the least L", "at the greatest L", "hull")
     caption = f"The paper's rule for the same demonstrations: radii about centres, {units}"
     note = (
         "Inside T_min nothing may pass; between T_min and an object's radius a path may spend "
         "little time. L = T_min plus what each radius adds. Hull: least and greatest value over "
-        f"all consistent parameters. {BOUND} set by the bound, not by data. "
+        f"all consistent parameters. {BOUND} set by the bound, not by data."
     )
-    return Table(header, tuple(rows), caption, note + " ".join(contradicted))
+    return Table(header, tuple(rows), caption, note)
+
+
+def influence_sentences(types: dict[str, Any]) -> tuple[str, ...]:
+    """The paper's rule of each type in words, and how many demonstrations contradict it."""
+    return tuple(
+        f"{type_} {rule['evidence']['influence']}."
+        for type_, rule in types.items()
+        if rule.get("influence") and (rule.get("evidence") or {}).get("influence")
+    )
 
 
 BOUND = "†"

@@ -135,7 +135,7 @@ def accuracy(run: Run) -> Section | None:
     rows = [
         (
             model,
-            JUDGED_ON.get(which, which),
+            which,
             type_,
             str(s["n"]),
             percent(s["accuracy"]) + ("" if s["balanced_accuracy"] is not None else _ends(s)),
@@ -148,7 +148,7 @@ def accuracy(run: Run) -> Section | None:
         for type_, s in types.items()
     ]
     header = (
-        "model", "judged on", "type", "n", "accuracy", "balanced accuracy",
+        "model", "scenes", "type", "n", "accuracy", "balanced accuracy",
         "balanced, > 2 px from the boundary", "always the commoner label",
     )  # fmt: skip
     blocks: list[Block] = [
@@ -171,12 +171,6 @@ def accuracy(run: Run) -> Section | None:
     blocks.append(Table(header, tuple(rows), note=note))
     return Section("accuracy", "How well the specification models judge", tuple(blocks))
 
-
-JUDGED_ON = {
-    "seen": "seen scenes, held-out paths",
-    "unseen": "unseen scenes and items",
-    "given": "the set that was given",
-}
 
 WHAT = {
     "paper": "“paper” is the network of the paper: picture and path in, verdict out.",

@@ -16,6 +16,13 @@ class Text:
 
 
 @dataclass(frozen=True)
+class Lines:
+    """Sentences that stand below each other, one thought a line."""
+
+    sentences: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class Table:
     """Cells are ready to print. `marked` names (row, column) cells to print bold."""
 
@@ -35,7 +42,7 @@ class Figure:
     alt: str
 
 
-Block = Text | Table | Figure
+Block = Text | Lines | Table | Figure
 
 
 @dataclass(frozen=True)
