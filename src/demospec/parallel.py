@@ -18,6 +18,7 @@ import os
 import signal
 import sys
 import threading
+import time
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, TypeVar
@@ -182,9 +183,32 @@ class _Call:
         elsewhere = os.getpid() != self.parent
         if elsewhere and threading.current_thread() is threading.main_thread():
             signal.signal(signal.SIGINT, signal.SIG_IGN)
+        if os.getppid() == self.parent:  # a worker of this machine, not one of a cluster
+            _die_with(self.parent)
         if elsewhere and "torch" in sys.modules:
             sys.modules["torch"].set_num_threads(1)
         return self.function(task)
+
+
+_watched: set[int] = set()
+
+
+def _die_with(parent: int) -> None:
+    """Ends this process soon after its parent is gone, by whatever death.
+
+    A killed parent cannot stop its workers: they would finish their tasks beside those of the
+    run that goes on, and then keep their memory waiting for a lock that nobody gives back.
+    """
+    if parent in _watched:
+        return
+    _watched.add(parent)
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(0.5)
+        os._exit(1)
+
+    threading.Thread(target=watch, name="follow the parent", daemon=True).start()
 
 
 def _cluster_backend(client: Any) -> Any:

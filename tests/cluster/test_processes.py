@@ -91,6 +91,41 @@ def test_no_workers_and_no_scheduler_are_input_errors(monkeypatch):
         run_tasks(work.where, [1, 2], cluster="tcp://127.0.0.1:9")
 
 
+def test_workers_end_with_a_parent_that_was_killed(tmp_path):
+    """kill -9 on the parent alone: no worker goes on, none is left."""
+    script = tmp_path / "long.py"
+    script.write_text(
+        textwrap.dedent(
+            f"""
+            import sys
+            sys.path.insert(0, {str(HERE)!r})
+            import work_for_tests as work
+            from demospec.parallel import run_tasks
+            run_tasks(work.slow_and_named, [({str(tmp_path)!r}, i) for i in range(200)], workers=2)
+            """
+        )
+    )
+    process = subprocess.Popen([sys.executable, str(script)], start_new_session=True)
+    deadline = time.monotonic() + 30
+    while len(list(tmp_path.glob("pid-*"))) < 2 and time.monotonic() < deadline:
+        time.sleep(0.05)
+    workers = [int(p.name.removeprefix("pid-")) for p in tmp_path.glob("pid-*")]
+    assert len(workers) == 2
+    os.kill(process.pid, signal.SIGKILL)
+    process.wait()
+    while any(map(alive, workers)) and time.monotonic() < deadline + 30:
+        time.sleep(0.05)
+    assert not any(map(alive, workers))
+
+
+def alive(pid: int) -> bool:
+    """Whether it runs: a process that has ended and that nobody has asked for does not."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except FileNotFoundError:
+        return False
+
+
 def test_ctrl_c_stops_parent_and_workers_without_a_traceback(tmp_path):
     """As a terminal does it: SIGINT to the whole process group."""
     script = tmp_path / "long.py"

@@ -52,6 +52,11 @@ def die_always(task: int) -> int:
     return task
 
 
+def slow_and_named(task: tuple[str, int]) -> int:
+    (Path(task[0]) / f"pid-{os.getpid()}").touch()
+    return slow(task)
+
+
 def slow(task: tuple[str, int]) -> int:
     time.sleep(0.3)
     with open(Path(task[0]) / "ran", "a", encoding="utf-8") as file:
