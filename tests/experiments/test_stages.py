@@ -66,6 +66,34 @@ def test_interrupted_run_resumes(tmp_path: Path) -> None:
     assert log == ["a", "b", "c"]
 
 
+def test_the_whole_is_told_by_weights_and_only_of_what_is_left(tmp_path: Path) -> None:
+    """Half of a stage of weight 8 beside one of weight 2 that was found: half of the whole."""
+
+    def work(folder: Path, progress: Progress) -> None:
+        for done in (10, 15):  # ten were there before: no sign of this run's speed
+            progress("inner", done, 20)
+        write_json(folder / "b", {})
+
+    def quick(folder: Path, progress: Progress) -> None:
+        write_json(folder / "a", {})
+
+    stages = (Stage("a", "a", quick, weight=2.0), Stage("b", "b", work, weight=8.0))
+    told: list[tuple[str, float, float]] = []
+
+    def progress(what: str, done: float, total: float) -> None:
+        told.append((what, done, total))
+
+    run_stages(tmp_path / "run", stages, command="x", seed=0, progress=progress)
+    whole = [step[1:] for step in told if step[0] == "all stages"]
+    assert whole == [(0, 10), (2, 10), (2, 10), (2, 10), (6, 10), (10, 10)]
+    assert [step for step in told if step[0] == "inner"][-1] == ("inner", 20, 20)
+    (tmp_path / "run" / "b").unlink()
+    told.clear()
+    run_stages(tmp_path / "run", stages, command="x", seed=0, progress=progress)
+    whole = [step[1:] for step in told if step[0] == "all stages"]
+    assert whole == [(0, 8), (0, 8), (4, 8), (8, 8)]
+
+
 def test_folder_of_somebody_else_is_refused(tmp_path: Path) -> None:
     (tmp_path / "mine.txt").write_text("precious")
     with pytest.raises(InputError, match="new or empty folder"):

@@ -151,6 +151,7 @@ class _Bars:
             TimeElapsedColumn(),
             Remaining(),
             console=Console(stderr=True),
+            speed_estimate_period=300.0,  # steps of a long run may be a minute apart
         )
         self.bars.start()
 

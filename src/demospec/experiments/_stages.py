@@ -11,7 +11,8 @@ import hashlib
 import json
 import platform
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from importlib import metadata, resources
 from pathlib import Path
@@ -32,6 +33,7 @@ class Stage:
         title: For people.
         settings: What its result depends on, besides the stages before it.
         needs: Names of the stages it reads.
+        weight: About how much of the run's time it takes, in any unit, > 0.
     """
 
     name: str
@@ -39,6 +41,7 @@ class Stage:
     make: Callable[[Path, Progress], None]
     settings: Mapping[str, Any] = field(default_factory=dict)
     needs: tuple[str, ...] = ()
+    weight: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -91,23 +94,62 @@ def _compute(
     )
     done: dict[str, Any] = record.setdefault("stages", {})
     keys: dict[str, str] = {}
-    seconds: dict[str, float] = {}
-    cached: list[str] = []
-    for i, stage in enumerate(stages):
-        progress("all stages", i, len(stages))
-        keys[stage.name] = key = _key(stage, record["versions"]["demospec"], keys)
-        before = done.get(stage.name, {})
-        if before.get("key") == key and (folder / stage.name).exists():
-            cached.append(stage.name)
-            seconds[stage.name] = 0.0
+    for stage in stages:
+        keys[stage.name] = _key(stage, record["versions"]["demospec"], keys)
+    cached = [
+        s.name
+        for s in stages
+        if done.get(s.name, {}).get("key") == keys[s.name] and (folder / s.name).exists()
+    ]
+    seconds = dict.fromkeys(keys, 0.0)
+    whole = _WholeRun(progress, sum(s.weight for s in stages if s.name not in cached))
+    for stage in stages:
+        if stage.name in cached:
             continue
         began = time.perf_counter()
-        stage.make(folder, progress)
+        with whole.stage(stage.weight) as told:
+            stage.make(folder, told)
         seconds[stage.name] = took = time.perf_counter() - began
-        done[stage.name] = {"key": key, "seconds": round(took, 2), "title": stage.title}
+        entry = {"key": keys[stage.name], "seconds": round(took, 2), "title": stage.title}
+        done[stage.name] = entry
         write_json(folder / "run.json", record)
-    progress("all stages", len(stages), len(stages))
     return RunRecord(folder, seconds, tuple(cached))
+
+
+class _WholeRun:
+    """Tells beside a stage's own progress how much of all that is left to do is done."""
+
+    def __init__(self, progress: Progress, total: float) -> None:
+        self.progress = progress
+        self.total = total
+        self.before = 0.0
+
+    @contextmanager
+    def stage(self, weight: float) -> Iterator[Progress]:
+        """A progress callback for one stage, which ends with all that it was told of done."""
+        totals: dict[str, float] = {}
+        first: dict[str, float] = {}
+        furthest = 0.0
+
+        def told(what: str, done: float, total: float) -> None:
+            nonlocal furthest
+            self.progress(what, done, total)
+            totals[what] = total
+            # What an earlier run left done says nothing of this one's speed.
+            start = first.setdefault(what, done)
+            if total > start:
+                furthest = max(furthest, (done - start) / (total - start))
+                self._tell(self.before + weight * min(furthest, 1.0))
+
+        self._tell(self.before)
+        yield told
+        for what, total in totals.items():
+            self.progress(what, total, total)
+        self.before += weight
+        self._tell(self.before)
+
+    def _tell(self, done: float) -> None:
+        self.progress("all stages", done, self.total)
 
 
 def code_key(*packages: str) -> str:

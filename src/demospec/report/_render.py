@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import re
-import struct
 from pathlib import Path
 from typing import Any
 
@@ -58,9 +57,9 @@ def _natural_width(figure: Figure) -> int:
 
     Read from the PNG: pixels in a row and, where they are told, pixels in a metre.
     """
-    (pixels,) = struct.unpack(">I", figure.png[16:20])
+    pixels = int.from_bytes(figure.png[16:20], "big")
     found = re.search(rb"pHYs(.{4})", figure.png[:4096], re.DOTALL)
-    per_metre = struct.unpack(">I", found.group(1))[0] if found else 0
+    per_metre = int.from_bytes(found.group(1), "big") if found else 0
     per_inch = per_metre * 0.0254 if per_metre else 150.0
     return round(96 * pixels / per_inch)
 

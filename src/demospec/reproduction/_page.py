@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from demospec.files import read_json
-from demospec.report import Figure, Report, Section, Table, Text, share
+from demospec.report import Figure, Lines, Report, Section, Table, Text, share
 from demospec.reproduction import _page_models as of_models
 from demospec.reproduction import _page_rules as of_rules
 from demospec.reproduction import _paper as paper
@@ -25,7 +25,7 @@ from demospec.reproduction._readings import (
 if TYPE_CHECKING:
     from demospec.reproduction._stages import ReproduceSettings
 
-Block = Text | Table | Figure
+Block = Text | Lines | Table | Figure
 
 
 def build_page(folder: Path, settings: ReproduceSettings) -> Report:
@@ -37,7 +37,9 @@ def build_page(folder: Path, settings: ReproduceSettings) -> Report:
         Section("latent", "Where the control point may lie", tuple(of_models.latent(folder))),
         Section("repair", "Repair", tuple(of_models.repair(folder))),
         Section("causes", "Causes", tuple(of_rules.causes(folder))),
-        Section("parameters", "Rule parameters", tuple(of_rules.parameters(folder))),
+        Section(
+            "parameters", "Rule parameters", tuple(of_rules.parameters(folder, settings.resamples))
+        ),
         Section("plans", "Cost maps, plans and the robot", tuple(of_rules.plans(folder))),
         Section("computed", "How this was computed", tuple(_computed(record, settings))),
     )
@@ -120,6 +122,10 @@ def _computed(record: dict[str, Any], s: ReproduceSettings) -> list[Block]:
         ("command", record["command"]),
         ("seed", str(record["seed"])),
         ("randomisations of the grid", str(s.seeds)),
+        ("trajectories per scene and type", ", ".join(map(str, s.counts))),
+        ("the same, clustered reading", ", ".join(map(str, s.clustered_counts))),
+        ("rejected paths to repair, per type", f"{s.starts} (fewer where no solution exists)"),
+        ("demonstrations per participant", str(s.demonstrations)),
         ("versions", versions),
         ("python, machine", f"{record['python']}, {record['machine']}"),
     )
@@ -130,4 +136,9 @@ def _computed(record: dict[str, Any], s: ReproduceSettings) -> list[Block]:
     return [
         Table(("what", "value"), rows),
         Table(("stage", "seconds"), tuple(times), "Time of each stage when it ran", note),
+        Text(
+            "Beside this page: results.csv with every number, a CSV for each table, JSON with all "
+            "that was measured, the pictures as PNG (curves and heat maps as SVG, too), the set "
+            "with its true rule, and the fitted models."
+        ),
     ]

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from demospec.files import read_json
-from demospec.report import Figure, Table, Text, share
+from demospec.report import Figure, Lines, Table, Text, share
 from demospec.reproduction import _paper as paper
 from demospec.reproduction._readings import (
     NBSP,
@@ -20,7 +20,7 @@ from demospec.reproduction._readings import (
     repair_reading,
 )
 
-Block = Text | Table | Figure
+Block = Text | Lines | Table | Figure
 Curve = list[tuple[int, float, float, float]]
 
 _READINGS = (
@@ -45,9 +45,9 @@ def figure(folder: Path, name: str, caption: str) -> list[Block]:
     return [Figure(file.read_bytes(), caption, caption)] if file.is_file() else []
 
 
-def curve_of_the_paper(rows: list[dict[str, Any]]) -> Curve:
-    """(n, mean, quartiles) of the full model's plain accuracy, the mean of all types."""
-    full = [r for r in rows if r["model"] == "full"]
+def curve_of_the_paper(rows: list[dict[str, Any]], model: str = "full") -> Curve:
+    """(n, mean, quartiles) of a model's plain accuracy in seen scenes, the mean of all types."""
+    full = [r for r in rows if r["model"] == model]
     out = []
     for n in sorted({r["n"] for r in full}):
         # As in the paper: the type that accepts everything is in the mean.
@@ -57,6 +57,18 @@ def curve_of_the_paper(rows: list[dict[str, Any]]) -> Curve:
     return out
 
 
+def draw_as_printed(folder: Path) -> None:
+    """Draws every model's curve as the paper counts it, and the paper's two ends."""
+    from demospec.reproduction._pictures import draw_curves
+
+    curves = {}
+    for reading in ("uniform", "clustered"):
+        rows = read_json(folder / f"accuracy-{reading}.json")["rows"]
+        models = dict.fromkeys(r["model"] for r in rows)
+        curves[reading] = {model: curve_of_the_paper(rows, model) for model in models}
+    draw_curves(curves, paper.ACCURACY, folder / "accuracy-as-printed")
+
+
 def accuracy(folder: Path) -> list[Block]:
     """The paper's curve, then models by type and by seen and unseen scenes."""
     every = {r: read_json(folder / f"accuracy-{r}.json")["rows"] for r in ("uniform", "clustered")}
@@ -64,6 +76,13 @@ def accuracy(folder: Path) -> list[Block]:
     means = {r: (c[0][1], c[-1][1]) for r, c in curves.items()}
     blocks: list[Block] = [
         Text(_READINGS),
+        *figure(
+            folder,
+            "accuracy-as-printed.png",
+            "As the paper counts: plain accuracy, mean of three types, held-out paths in scenes "
+            "that were trained on; mean and quartiles over randomisations. In black what the "
+            "paper prints for the fewest and the most trajectories",
+        ),
         _beside_the_paper(curves),
         Text(accuracy_reading(means, _LIFTED)),
         Text(_MODELS),
@@ -76,7 +95,7 @@ def accuracy(folder: Path) -> list[Block]:
         )
         blocks.append(_balanced(rows, reading))
         if reading == "uniform":
-            blocks += [Text(words) for words in ablation_reading(rows)]
+            blocks.append(Lines(tuple(ablation_reading(rows))))
             blocks.append(_plain(rows))
     return blocks
 
@@ -98,8 +117,7 @@ def _beside_the_paper(curves: dict[str, Curve]) -> Table:
     return Table(
         ("whose", "fewest shown", "most shown"),
         tuple(rows),
-        "As the paper counts: plain accuracy of the full model, mean of three types, held-out "
-        "paths in scenes that it was trained on",
+        "The full model in this picture",
         note,
     )
 
@@ -140,16 +158,17 @@ def _plain(rows: list[dict[str, Any]]) -> Table:
     cells = []
     for model in dict.fromkeys(r["model"] for r in rows):
         mine = [known[model, t] for t in types]
-        values = (r[f"accuracy_{w}"] for r in mine for w in ("seen", "unseen"))
-        cells.append((model, *(_number(v) for v in values)))
+        pairs = (_over_fits(r[f"accuracies_{w}"]) for r in mine for w in ("seen", "unseen"))
+        cells.append((model, *pairs))
     some = [known[cells[0][0], t] for t in types]
     majority = (r[f"majority_{w}"] for r in some for w in ("seen", "unseen"))
+    fits = max(r["fits"] for r in rows)
     cells.append(("always the commoner label", *(_number(v) for v in majority)))
     return Table(
         ("model", *(f"{t}, {w}" for t in types for w in ("seen", "unseen"))),
         tuple(cells),
         f"Plain accuracy in per cent, n = {most}, uniform reading",
-        "To be read against the last row: what needs no learning.",
+        f"Mean [quartiles] of {fits} fits. The last row is what needs no learning.",
     )
 
 
@@ -172,11 +191,19 @@ def _number(value: float | None) -> str:
     return "–" if value is None else f"{100 * value:.1f}"
 
 
+def _over_fits(values: list[float]) -> str:
+    """Mean and quartiles, per cent."""
+    if not values:
+        return "–"
+    low, high = np.quantile(values, (0.25, 0.75))
+    return f"{_number(float(np.mean(values)))} [{100 * low:.0f},{NBSP}{100 * high:.0f}]"
+
+
 def _spread(row: dict[str, Any], where: str) -> str:
     """Mean and quartiles over fits, per cent."""
     ends = row.get(f"quartiles_{where}")
     mean = _number(row[f"bacc_{where}"])
-    return mean if not ends else f"{mean}{NBSP}[{100 * ends[0]:.0f},{NBSP}{100 * ends[1]:.0f}]"
+    return mean if not ends else f"{mean} [{100 * ends[0]:.0f},{NBSP}{100 * ends[1]:.0f}]"
 
 
 def latent(folder: Path) -> list[Block]:
@@ -202,8 +229,15 @@ def latent(folder: Path) -> list[Block]:
             "Validity over the control point, by model and type: dark rejected, light accepted; "
             "above a training scene, below a scene with items that no model has seen",
         ),
-        Table(header, tuple(rows), "Share of control points that are accepted"),
-        Text(latent_reading(agreement)),
+        Table(
+            header,
+            tuple(rows),
+            "Share of control points that are accepted",
+            "One scene of each kind, the whole plane on a grid: nothing is sampled, and no "
+            "interval is given. Another scene gives other shares.",
+        ),
+        Text("Control points judged as the true rule judges them:"),
+        Lines(tuple(latent_reading(agreement))),
     ]
 
 
@@ -246,5 +280,5 @@ def repair(folder: Path) -> list[Block]:
             "dark to light, thick the last (blue where the true rule accepts it, else orange)",
         ),
         Table(header, tuple(rows), "Rejected paths after at most 30 gradient steps", note),
-        *(Text(words) for words in repair_reading(results)),
+        Lines(tuple(repair_reading(results))),
     ]

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from demospec.files import read_json
-from demospec.report import Figure, Table, Text, share
+from demospec.report import Figure, Lines, Table, Text, share
 from demospec.reproduction import _paper as paper
 from demospec.reproduction._page_models import figure
 from demospec.reproduction._readings import (
@@ -16,10 +16,12 @@ from demospec.reproduction._readings import (
     WHOSE,
     causes_reading,
     on_a_bound,
+    printed_difference,
     transition_reading,
+    types_reading,
 )
 
-Block = Text | Table | Figure
+Block = Text | Lines | Table | Figure
 
 
 def causes(folder: Path) -> list[Block]:
@@ -51,44 +53,85 @@ def causes(folder: Path) -> list[Block]:
     header = ("whose", "type", "as it is", *(f"+ {s}" for s in columns[1:]), "placebo")
     note = (
         "Bold: causal (corrected p < 0.05 and a change of at least 0.05). The placebo is the "
-        "change when a patch of bare table moves; the paper has none. Intervals over scenes: the "
-        "pictures below, and causes.csv."
+        "change when a patch of bare table moves; the paper has none."
     )
-    caption = "E[p(v)]: share of random paths expected to be accepted, and after adding one object"
+    caption = (
+        "E[p(v)]: share of random paths expected to be accepted, and after adding one object; "
+        f"{_scenes(found_by)}"
+    )
     blocks: list[Block] = [
         Table(header, tuple(rows), caption, note, frozenset(marked)),
-        *(Text(words) for words in causes_reading(found_by)),
+        Lines(tuple(causes_reading(found_by))),
+        _changes_table(found_by),
         _types_table(found_by),
+        Lines(tuple(types_reading(found_by))),
     ]
     for model, found in found_by.items():
         whose = WHOSE.get(model, model)
         blocks += figure(folder, f"causes-{model}.png", f"Effects and causal graph: {whose}")
-        blocks.append(Text(f"{whose[0].upper()}{whose[1:]}: {' '.join(found['sentences'])}"))
+        blocks += [Text(f"In words, {whose}:"), Lines(tuple(found["sentences"]))]
     return blocks
+
+
+def _scenes(found_by: dict[str, Any]) -> str:
+    """``20 training scenes``: what the intervals are over."""
+    counts = sorted({found["n_scenes"] for found in found_by.values()})
+    return f"{' or '.join(map(str, counts))} training scenes"
+
+
+def _changes_table(found_by: dict[str, Any]) -> Table:
+    """do(Z_I := E(I ∪ o)): the change that one object makes, with its interval."""
+    symbols = paper.CAUSAL_COLUMNS[1:]
+    rows: list[tuple[str, ...]] = []
+    marked = set()
+    for type_, values in paper.CAUSAL.items():
+        printed = (f"{v - values[0] + 0.0:+.2f}" for v in values[1:])
+        rows.append(("printed in the paper", type_, *printed, "not measured"))
+    for model, found in found_by.items():
+        effects = {(e["type"], e["symbol"]): e for e in found["effects"]}
+        placebo = {p["type"]: p for p in found["placebo"]}
+        for type_ in found["base"]:
+            row = [effects.get((type_, s)) for s in symbols]
+            marked |= {(len(rows), 2 + k) for k, e in enumerate(row) if e and e["causal"]}
+            cells = (_change(e) for e in (*row, placebo.get(type_)))
+            rows.append((WHOSE.get(model, model), type_, *cells))
+    header = ("whose", "type", *(f"+ {s}" for s in symbols), "placebo")
+    caption = f"Change of E[p(v)] when one object is added; {_scenes(found_by)}"
+    note = (
+        "Bold: causal. Brackets: 95 % interval over scenes. The paper's rows are differences of "
+        "what it prints, without intervals."
+    )
+    return Table(header, tuple(rows), caption, note, frozenset(marked))
+
+
+def _change(cell: dict[str, Any] | None) -> str:
+    if cell is None or cell["effect"] is None:
+        return "–"
+    # Added zeros: a rounded −0.0 prints as +0.00.
+    text, ends = f"{round(cell['effect'], 2) + 0.0:+.2f}", cell["interval"]
+    if not ends:
+        return text
+    low, high = (f"{round(v, 2) + 0.0:+.2f}" for v in ends)
+    return f"{text} [{low},{NBSP}{high}]"
 
 
 def _types_table(found_by: dict[str, Any]) -> Table:
     """do(S := s): how much more one type accepts than another."""
     rows: list[tuple[str, ...]] = []
     marked = set()
-    printed = {type_: values[0] for type_, values in paper.CAUSAL.items()}
     for model, found in found_by.items():
         for cell in found["types"]:
-            ends = cell["interval"]
-            spread = f"[{ends[0]:+.2f},{NBSP}{ends[1]:+.2f}]" if ends else "–"
             if cell["differ"]:
                 marked.add((len(rows), 2))
-            known = cell["from"] in printed and cell["to"] in printed
-            own = f"{printed[cell['to']] - printed[cell['from']]:+.2f}" if known else "–"
+            printed = printed_difference(cell)
+            own = "–" if printed is None else f"{printed:+.2f}"
+            pair = f"{cell['from']} → {cell['to']}"
             rows.append(
-                (
-                    WHOSE.get(model, model), f"{cell['from']} → {cell['to']}",
-                    f"{cell['effect']:+.2f}", spread, _p(cell["p_corrected"]), own,
-                )
-            )  # fmt: skip
-    header = ("whose", "do(S)", "change of E[p(v)]", "95 %", "corrected p", "in the paper's table")
+                (WHOSE.get(model, model), pair, _change(cell), _p(cell["p_corrected"]), own)
+            )
+    header = ("whose", "do(S)", "change of E[p(v)] [95 %]", "corrected p", "in the paper's table")
     note = "Bold: the types differ. Last column: difference of the bases that the paper prints."
-    caption = "Another type, same scenes and paths"
+    caption = f"Another type, same scenes and paths; {_scenes(found_by)}"
     return Table(header, tuple(rows), caption, note, frozenset(marked))
 
 
@@ -96,8 +139,13 @@ def _p(value: float) -> str:
     return "< 0.001" if value < 0.001 else f"{value:.3f}"
 
 
-def parameters(folder: Path) -> list[Block]:
-    """Each participant's two optima, hull and truth; the paper's optima below."""
+def parameters(folder: Path, resamples: int) -> list[Block]:
+    """Each participant's two optima, hull and truth; the paper's optima below.
+
+    Args:
+        folder: Of the run.
+        resamples: Draws that a cell of the heat maps is the mean of.
+    """
     document = read_json(folder / "parameters.json")
     rows = []
     ours: list[bool] = []
@@ -112,7 +160,7 @@ def parameters(folder: Path) -> list[Block]:
         ranges = [hull["T_min"], *(hull["radius"][n] for n in names)]
         rows.append(
             (
-                f"participant {person['participant']}", *cells,
+                f"participant {person['participant']}", str(person["demonstrations"]), *cells,
                 ", ".join(f"{low}–{high}" for low, high in ranges),
                 ", ".join(str(v) for v in (truth["T_min"], *truth["radius"])),
             )
@@ -122,16 +170,16 @@ def parameters(folder: Path) -> list[Block]:
         least, greatest = zip(*pairs, strict=True)
         cells, flags = _optima(least, greatest, (1, 100))
         theirs += flags
-        rows.append((f"paper, participant {number}", *cells, "not printed", "not known"))
+        rows.append((f"paper, participant {number}", "–", *cells, "not printed", "not known"))
     held = sum(p["hull_holds_truth"] for p in document["participants"])
     header = (
-        "whose", "T_min", "radius, first object", "radius, second", "hull: T_min, radii",
+        "whose", "n", "T_min", "radius, first object", "radius, second", "hull: T_min, radii",
         "truth: T_min, radii",
     )  # fmt: skip
     note = (
-        "In brackets at the least L = T_min + ΣT_object, then at the greatest; a radius is "
-        "T_min + T_object. † T_object on an end of its domain [1, 100]: set by the bound, not by "
-        "data. The paper does not print its bounds; those are our inference."
+        "n: demonstrations. In brackets at the least L = T_min + ΣT_object, then at the greatest; "
+        "a radius is T_min + T_object. † T_object on an end of its domain [1, 100]: set by the "
+        "bound, not by data. The paper does not print its bounds; those are our inference."
     )
     words = (
         f"The hull holds the truth for {held} of {len(document['participants'])} participants. On "
@@ -146,7 +194,8 @@ def parameters(folder: Path) -> list[Block]:
             folder,
             "transition.png",
             "Participant 1: mean least and greatest L by numbers of accepted and rejected "
-            "demonstrations, and what lies between by the number of both",
+            f"demonstrations (each cell the mean of {resamples} draws), and what lies between by "
+            "the number of both",
         ),
         Text(transition_reading(document["transition"])),
     ]
@@ -180,6 +229,7 @@ def plans(folder: Path) -> list[Block]:
         "longest",
     )  # fmt: skip
     blocks: list[Block] = [
+        Text("The paper shows such maps and one path, and prints no numbers to set ours beside."),
         *figure(
             folder,
             "plans.png",

@@ -71,7 +71,8 @@ def draw_samples(data: DemonstrationSet, path: Path, count: int = 4) -> None:
 def draw_accuracy(rows: Sequence[Mapping[str, Any]], stem: Path, reading: str) -> None:
     """Balanced accuracy against trajectories per scene: types by seen, unseen scenes."""
     types = [t for t in dict.fromkeys(r["type"] for r in rows) if _defined(rows, t)]
-    figure, axes = panels(2, max(len(types), 1), 3.8, 3.0)
+    figure, axes = panels(2, max(len(types), 1), 3.9, 2.6)
+    every = sorted({r["n"] for r in rows})
     for row, where in zip(axes, ("seen", "unseen"), strict=True):
         for ax, type_ in zip(row, types, strict=True):
             for model in dict.fromkeys(r["model"] for r in rows):
@@ -83,13 +84,57 @@ def draw_accuracy(rows: Sequence[Mapping[str, Any]], stem: Path, reading: str) -
                 ax.fill_between(x, low, high, color=COLOURS[model], alpha=0.15, lw=0)
                 ax.plot(x, y, marker=MARKS[model], color=COLOURS[model], label=model, ms=4)
             ax.axhline(0.5, color="0.6", lw=0.8, ls=":")
-            ax.set(title=f"{type_}, {where} scenes", ylim=(0.4, 1.02))
-            ax.set_xlabel("trajectories per scene and type [number]")
-            ax.locator_params(axis="x", integer=True)
-        row[0].set_ylabel("balanced accuracy")
-    axes[0][0].legend(fontsize=8, frameon=False)
-    figure.suptitle(f"{reading} reading: mean and quartiles over randomisations")
+            ax.set_ylim(0.4, 1.02)
+            ax.set_title(f"{type_}, {where} scenes, {reading} reading", fontsize=9)
+            _count_axis(ax, every)
+        row[0].set_ylabel("balanced accuracy", fontsize=8)
+    _legend_below(figure, axes[0][0])
     save(figure, stem.with_suffix(".png"), stem.with_suffix(".svg"))
+
+
+def draw_curves(
+    curves: Mapping[str, Mapping[str, Sequence[tuple[int, float, float, float]]]],
+    printed: Mapping[str, tuple[float, float, float]],
+    stem: Path,
+) -> None:
+    """Plain accuracy as the paper counts it, a panel a reading, and the paper's two ends.
+
+    Args:
+        curves: Reading → model → (n, mean, lower and upper quartile).
+        printed: ``first`` and ``last``: mean, lower and upper quartile.
+        stem: Name without its ending.
+    """
+    figure, axes = panels(1, len(curves), 3.9, 2.9)
+    for ax, (reading, models) in zip(axes[0], curves.items(), strict=True):
+        for model, curve in models.items():
+            x, y, low, high = zip(*curve, strict=True)
+            ax.fill_between(x, low, high, color=COLOURS[model], alpha=0.15, lw=0)
+            ax.plot(x, y, marker=MARKS[model], color=COLOURS[model], label=model, ms=4)
+        every = sorted({point[0] for curve in models.values() for point in curve})
+        ends = [(every[0], *printed["first"]), (every[-1], *printed["last"])]
+        for k, (n, mean, first, third) in enumerate(ends):
+            ax.errorbar(n, mean, [[mean - first], [third - mean]], fmt="*", color="black", ms=8,
+                        capsize=4, lw=1.2, label=None if k else "printed in the paper")  # fmt: skip
+        ax.set_ylim(0.6, 1.02)
+        ax.set_title(f"{reading} reading", fontsize=9)
+        _count_axis(ax, every)
+    axes[0][0].set_ylabel("accuracy, mean of three types", fontsize=8)
+    _legend_below(figure, axes[0][0])
+    save(figure, stem.with_suffix(".png"), stem.with_suffix(".svg"))
+
+
+def _count_axis(ax: Any, every: Sequence[int]) -> None:
+    """Ticks where something was measured."""
+    ax.set_xticks(every)
+    ax.tick_params(labelsize=8)
+    ax.set_xlabel("trajectories per scene and type [number]", fontsize=8)
+
+
+def _legend_below(figure: Any, ax: Any) -> None:
+    """One legend under all panels: inside a panel it hides curves."""
+    handles, labels = ax.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), fontsize=8,
+                  frameon=False)  # fmt: skip
 
 
 def _defined(rows: Sequence[Mapping[str, Any]], type_: str) -> bool:

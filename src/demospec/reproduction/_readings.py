@@ -98,16 +98,16 @@ def ablation_reading(rows: list[dict[str, Any]]) -> list[str]:
     return out
 
 
-def latent_reading(agreement: dict[str, dict[str, dict[str, float]]]) -> str:
+def latent_reading(agreement: dict[str, dict[str, dict[str, float]]]) -> list[str]:
     """How much of the plane each network judges as the truth does, types with two answers."""
-    parts = []
+    out = []
     for where, models in agreement.items():
         for model, by in models.items():
             if model == "truth":
                 continue
             told = ", ".join(f"{t} {percent(v, 0)}" for t, v in by.items() if v < 1.0)
-            parts.append(f"{WHOSE[model]} in the {where} scene {told or 'everything'}")
-    return f"Control points judged as the true rule judges them: {'; '.join(parts)}."
+            out.append(f"{WHOSE[model]}, {where} scene: {told or 'all'}.")
+    return out
 
 
 def repair_reading(results: dict[str, Any]) -> list[str]:
@@ -170,6 +170,34 @@ def causes_reading(found: dict[str, Any]) -> list[str]:
         tail = f"; not in {', '.join(differ)}" if differ else ""
         out.append(f"{_whose(model)}: {said}{tail}.")
     return out
+
+
+def types_reading(found: dict[str, Any]) -> list[str]:
+    """One sentence a model: pairs of types whose interval holds the difference of the paper."""
+    out = []
+    for model, findings in found.items():
+        beside = [c for c in findings["types"] if printed_difference(c) is not None]
+        held = [c for c in beside if _holds(c["interval"], printed_difference(c))]
+        left = [f"{c['from']} → {c['to']}" for c in beside if c not in held]
+        tail = f"; not for {', '.join(left)}" if left else ""
+        out.append(
+            f"{_whose(model)}: the interval holds the printed difference for {len(held)} of "
+            f"{len(beside)} pairs{tail}."
+        )
+    return out
+
+
+def printed_difference(cell: dict[str, Any]) -> float | None:
+    """How much more the second type accepts than the first in the paper's table."""
+    ends = [paper.CAUSAL.get(cell[end]) for end in ("from", "to")]
+    return None if ends[0] is None or ends[1] is None else ends[1][0] - ends[0][0]
+
+
+def _holds(interval: list[float] | None, value: float | None) -> bool:
+    if interval is None or value is None:
+        return False
+    # The paper prints two digits: half of the last one is no difference.
+    return interval[0] - 0.005 <= value <= interval[1] + 0.005
 
 
 def accuracy_reading(means: dict[str, tuple[float, float]], careful: str) -> str:

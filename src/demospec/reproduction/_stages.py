@@ -23,6 +23,9 @@ from demospec.reproduction._by_model import (
 
 READINGS = ("uniform", "clustered")
 
+FIT_S = {"full": 10.0, "autoencoder": 10.0, "classifier": 4.0, "irl": 1.0, "field": 6.0}
+"""Seconds of a fit of the grid, rounded from `benchmarks/reproduce.py`: for the time left only."""
+
 
 @dataclass(frozen=True)
 class ReproduceSettings:
@@ -115,20 +118,25 @@ def reproduce_stages(
         return work
 
     def accuracy(reading: str) -> Callable[[Path, Progress], None]:
+        models, counts = _cells(s, reading)
+
         def work(folder: Path, progress: Progress) -> None:
             from demospec.experiments import GridSettings, grid_table, run_grid
             from demospec.reproduction._pictures import draw_accuracy
 
+            def told(what: str, done: float, total: float) -> None:
+                progress(f"{what}, {reading}", done, total)
+
             grid = GridSettings(
-                models=s.models if reading == "uniform" else s.models[:1],
-                counts=s.counts if reading == "uniform" else s.clustered_counts,
+                models=models,
+                counts=counts,
                 seeds=tuple(range(s.seeds)),
                 catalogue=s.catalogue,
                 reading=reading,  # type: ignore[arg-type]
             )
             lines = run_grid(
                 folder / f"grid-{reading}.jsonl", grid,
-                workers=workers, cluster=cluster, progress=progress,
+                workers=workers, cluster=cluster, progress=told,
             )  # fmt: skip
             table = grid_table(lines)
             draw_accuracy(table, folder / f"accuracy-{reading}", reading)
@@ -182,7 +190,8 @@ def reproduce_stages(
 
         document = participants_study(s.demonstrations, s.seed, progress)
         document["transition"] = transition_study(s.demonstrations, s.resamples, s.seed, progress)
-        draw_transition(document["transition"], folder / "transition.png")
+        for kind in ("png", "svg"):
+            draw_transition(document["transition"], folder / f"transition.{kind}")
         write_json(folder / "parameters.json", document)
 
     def plans(folder: Path, progress: Progress) -> None:
@@ -205,9 +214,11 @@ def reproduce_stages(
     def page(folder: Path, progress: Progress) -> None:
         from demospec.report import write_html
         from demospec.reproduction._page import build_page
+        from demospec.reproduction._page_models import draw_as_printed
         from demospec.reproduction._tables import write_tables
 
         progress("writing the page", 0, 1)
+        draw_as_printed(folder)
         write_tables(folder)
         write_html(build_page(folder, s), folder / "reproduction.html")
         progress("writing the page", 1, 1)
@@ -222,19 +233,35 @@ def reproduce_stages(
         "latent.json", "repairs.json", "causes.json", "parameters.json", "plans.json",
         "robot.json", *(f"accuracy-{r}.json" for r in READINGS),
     )  # fmt: skip
+    drawn = {"c": s.catalogue, "seed": s.seed}
+    # Weights are about seconds, so that the bar of the whole run tells its time left.
     return (
-        Stage("set", "simulate demonstrations", simulate, {"c": s.catalogue, "seed": s.seed}),
-        Stage("model-paper", "fit the paper's model", fit("paper"), {}, ("set",)),
-        Stage("model-field", "fit the field model", fit("field"), {}, ("set",)),
-        Stage("latent.json", "validity maps", latent, {"beside": "truth"}, ("set", *fits)),
-        Stage("repairs.json", "repair", repairs, mine, ("set", *fits)),
-        Stage("causes.json", "causes", causes, {}, ("set", *fits)),
-        Stage("parameters.json", "rule parameters", parameters, rule),
-        Stage("plans.json", "plans", plans, {}, ("set",)),
-        Stage("robot.json", "robot", robot, {"robot": _has_robot()}, ("set", "plans.json")),
-        *(Stage(f"accuracy-{r}.json", f"accuracy, {r}", accuracy(r), grid) for r in READINGS),
-        Stage("reproduction.html", "write the page", page, {"code": code}, made),
-    )
+        Stage("set", "simulate demonstrations", simulate, drawn, (), 5),
+        Stage("model-paper", "fit the paper's model", fit("paper"), {}, ("set",), 15),
+        Stage("model-field", "fit the field model", fit("field"), {}, ("set",), 5),
+        Stage("latent.json", "validity maps", latent, {"beside": "truth"}, ("set", *fits), 3),
+        Stage("repairs.json", "repair", repairs, mine, ("set", *fits),
+              s.starts * s.particles / 32 / workers),
+        Stage("causes.json", "causes", causes, {}, ("set", *fits), 25 / workers),
+        Stage("parameters.json", "rule parameters", parameters, rule, (), 3),
+        Stage("plans.json", "plans", plans, {}, ("set",), 2),
+        Stage("robot.json", "robot", robot, {"robot": _has_robot()}, ("set", "plans.json"), 3),
+        *(Stage(f"accuracy-{r}.json", f"accuracy, {r}", accuracy(r), grid, (),
+                _grid_seconds(s, r) / workers) for r in READINGS),
+        Stage("reproduction.html", "write the page", page, {"code": code}, made, 1),
+    )  # fmt: skip
+
+
+def _cells(s: ReproduceSettings, reading: str) -> tuple[tuple[str, ...], tuple[int, ...]]:
+    """Models and counts of a reading's grid."""
+    if reading == "uniform":
+        return s.models, s.counts
+    return s.models[:1], s.clustered_counts
+
+
+def _grid_seconds(s: ReproduceSettings, reading: str) -> float:
+    models, counts = _cells(s, reading)
+    return s.seeds * len(counts) * sum(FIT_S[model] for model in models)
 
 
 def _agreement(found: Any, truth: Any) -> float:
