@@ -6,13 +6,15 @@ from typing import Any
 
 import pytest
 
-from demospec.reproduction._page_rules import _optima
+from demospec.reproduction._page_rules import _change, _optima
 from demospec.reproduction._readings import (
     ablation_reading,
     accuracy_reading,
     causes_reading,
+    latent_reading,
     repair_reading,
     transition_reading,
+    types_reading,
     unseen_reading,
 )
 
@@ -49,6 +51,32 @@ def test_causes_are_counted_cell_by_cell() -> None:
     assert "in 12 of 12 cells." in causes_reading(_effects(printed))[0]
     told = causes_reading(_effects(printed - {("normal", "glass")} | {("normal", "bowl")}))[0]
     assert "in 10 of 12 cells; not in normal + bowl, normal + glass." in told
+
+
+def test_types_are_set_beside_the_printed_difference_by_their_interval() -> None:
+    """The paper prints bases 0.43, 0.62 and 1.00."""
+    cells = [
+        {"from": "careful", "to": "normal", "interval": [0.1, 0.3]},  # printed: 0.19
+        {"from": "normal", "to": "aggressive", "interval": [0.385, 0.5]},  # 0.38, rounded
+        {"from": "careful", "to": "aggressive", "interval": [0.6, 0.7]},  # 0.57
+        {"from": "careful", "to": "hasty", "interval": [0.0, 1.0]},  # not in the paper
+    ]
+    assert types_reading({"truth": {"types": cells}}) == [
+        "Truth as model: the interval holds the printed difference for 2 of 3 pairs; not for "
+        "careful → aggressive."
+    ]
+
+
+def test_changes_carry_sign_and_interval_and_no_negative_zero() -> None:
+    change = {"effect": -0.162, "interval": [-0.21, -0.001]}
+    assert _change(change) == "-0.16 [-0.21,\u00a0+0.00]"
+    assert _change({"effect": -0.001, "interval": None}) == "+0.00"
+    assert _change(None) == "–"
+
+
+def test_maps_are_told_a_line_each_and_without_the_truth_itself() -> None:
+    agreement = {"seen": {"field": {"careful": 0.95, "aggressive": 1.0}, "truth": {"careful": 1.0}}}
+    assert latent_reading(agreement) == ["field (ours), seen scene: careful 95\u00a0%."]
 
 
 def test_the_nearest_reading_of_the_protocol_is_found_not_named_beforehand() -> None:

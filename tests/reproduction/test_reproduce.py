@@ -42,7 +42,9 @@ def test_a_small_run(tmp_path: Path) -> None:
     assert not record.cached
     page = (folder / "reproduction.html").read_text(encoding="utf-8")
     assert not re.search(r'(src|href)="(?!data:|#)', page)
-    assert page.count("data:image/png") >= 8
+    assert page.count("data:image/png") >= 9
+    for name in ("accuracy-as-printed", "accuracy-uniform", "accuracy-clustered", "transition"):
+        assert (folder / f"{name}.svg").is_file()
     rows = json.loads((folder / "accuracy-uniform.json").read_text())["rows"]
     with (folder / "accuracy-uniform.csv").open(encoding="utf-8") as stream:
         table = list(csv.DictReader(stream))

@@ -179,7 +179,8 @@ def parameters(folder: Path, resamples: int) -> list[Block]:
     note = (
         "n: demonstrations. In brackets at the least L = T_min + ΣT_object, then at the greatest; "
         "a radius is T_min + T_object. † T_object on an end of its domain [1, 100]: set by the "
-        "bound, not by data. The paper does not print its bounds; those are our inference."
+        "bound, not by data. The paper does not print its bounds; those are our inference. Hull: "
+        "least and greatest value of each over all parameters that agree with every demonstration."
     )
     words = (
         f"The hull holds the truth for {held} of {len(document['participants'])} participants. On "
