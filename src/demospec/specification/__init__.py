@@ -17,6 +17,7 @@ from demospec.specification._predict_parts import predict_parts
 from demospec.specification._repair import Repairs, RepairSettings, repair
 from demospec.specification._repair_set import Repaired, RepairedSet, repair_set
 from demospec.specification._sample import Samples, sample_valid
+from demospec.specification._stacked import StackedJob, train_stacked
 from demospec.specification._validity_map import ValidityMap, validity_map
 
 __all__ = [
@@ -41,6 +42,7 @@ __all__ = [
     "Repairs",
     "Samples",
     "Score",
+    "StackedJob",
     "ValidityMap",
     "audit_set",
     "conformal",
@@ -57,5 +59,6 @@ __all__ = [
     "repair",
     "repair_set",
     "sample_valid",
+    "train_stacked",
     "validity_map",
 ]

@@ -1,7 +1,8 @@
 """The paper's specification model C_s(z_I, z_θ) → v̂ as a `ValidityModel`.
 
 Source: Angelov et al. 2020, "Specification model" and its ablations. Loss
-−α·reconstruction + β·KL − γ·log-likelihood of v; see `_vae.train` for the signs.
+−α·reconstruction + β·KL − γ·log-likelihood of v; see `_stacked_steps.train_stack` for
+the signs.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from demospec.demonstrations import DemonstrationSet, Paths
-from demospec.errors import InputError, MissingExtraError
+from demospec.errors import InputError
 from demospec.frames import FloatArray
 from demospec.progress import Progress, silent
 from demospec.scene import Image, Scene
@@ -27,6 +28,7 @@ from demospec.specification._model_folder import (
     read_model_folder,
     write_model_folder,
 )
+from demospec.specification._stacked import StackedJob, require_torch, train_stacked
 from demospec.specification._training_data import (
     TrainingData,
     bezier_controls,
@@ -42,6 +44,7 @@ if TYPE_CHECKING:
 
 LATENT: Final = 15
 ABLATIONS: Final = ("full", "autoencoder", "classifier")
+PRECISIONS: Final = ("float32", "bfloat16")
 
 Float32Array = NDArray[np.float32]
 
@@ -60,6 +63,8 @@ class PaperSettings:
         learning_rate: Its peak.
         order: Order of the Bézier re-parameterization (paper: 2).
         device: Where torch trains: ``cpu``, ``cuda``, ``cuda:1``, … Models judge on the CPU.
+        precision: ``float32``; or ``bfloat16`` for encoder and decoder while training: loss, KL,
+            classifier and optimiser stay in ``float32``, and so does the fitted model.
     """
 
     ablation: Literal["full", "autoencoder", "classifier"] = "full"
@@ -70,10 +75,13 @@ class PaperSettings:
     learning_rate: float = 3e-3
     order: int = 2
     device: str = "cpu"
+    precision: Literal["float32", "bfloat16"] = "float32"
 
     def __post_init__(self) -> None:
         if self.ablation not in ABLATIONS:
             raise InputError(", ".join(ABLATIONS), self.ablation, field="ablation")
+        if self.precision not in PRECISIONS:
+            raise InputError(", ".join(PRECISIONS), self.precision, field="precision")
         if not isinstance(self.device, str):
             raise InputError("the name of a device", self.device, field="device")
         for name in ("alpha", "beta", "gamma", "learning_rate"):
@@ -222,7 +230,7 @@ class PaperModel:
 
     @cached_property
     def _network(self) -> Network:
-        _require_torch()
+        require_torch()
         from demospec.specification._vae import network
 
         return network(self.weights)
@@ -232,28 +240,11 @@ def train_weights(
     arrays: TrainingData, settings: PaperSettings, *, seed: int, progress: Progress = silent
 ) -> Weights:
     """The weights that training on these arrays gives; same seed, same weights."""
-    _require_torch()
-    from demospec.specification._vae import train
-
-    alpha, beta, gamma = settings.weights
-    return train(
-        arrays,
-        alpha=alpha,
-        beta=beta,
-        gamma=gamma,
-        steps=settings.steps,
-        learning_rate=settings.learning_rate,
-        seed=seed,
-        device=settings.device,
-        step_done=lambda done, _loss: progress("fitting", done, settings.steps),
+    job = StackedJob(arrays, settings, seed)
+    found = train_stacked(
+        [job], device=settings.device, precision=settings.precision, progress=progress
     )
-
-
-def _require_torch() -> None:
-    try:
-        import torch  # noqa: F401
-    except ModuleNotFoundError as error:
-        raise MissingExtraError("torch", "vision", "the paper's model") from error
+    return found[0]
 
 
 class PaperView:

@@ -4,19 +4,17 @@ Source: Angelov et al. 2020, "Specification model". Encoder: 3×3 convolutions w
 channels, fully connected to z_I ∈ R¹⁵; mirrored decoder; 3-layer classifier.
 Differs: the paper does not state strides and activations; we take stride 2 and ELU in the
 convolutions, tanh in the classifier (smooth, so that its gradient repairs paths). The types
-share encoder and decoder; each has its own classifier.
+share encoder and decoder; each has its own classifier. Training is in `_stacked_steps`, the
+classifier's verdict in `_paper.PaperView`.
 """
 
 from __future__ import annotations
-
-from collections.abc import Callable
 
 import numpy as np
 import torch
 from torch import Tensor, nn
 
-from demospec.errors import InputError
-from demospec.specification._training_data import Float32Array, TrainingData
+from demospec.specification._training_data import Float32Array
 
 LATENT = 15
 HIDDEN = 64
@@ -68,85 +66,6 @@ class Network(nn.Module):
     def decode(self, latent: Tensor) -> Tensor:
         """(S, 15) → pictures (S, 3, 100, 100) in [0, 1]."""
         return torch.as_tensor(self.decoder(latent))
-
-    def classify(self, latent: Tensor, control: Tensor) -> Tensor:
-        """(N, 15), (N, c) → logits (T, N), one row per type."""
-        x = torch.cat([latent, control], dim=1)
-        x = torch.tanh(x @ self.w1 + self.b1[:, None])
-        x = torch.tanh(x @ self.w2 + self.b2[:, None])
-        return (x * self.w3[:, None]).sum(dim=2) + self.b3[:, None]
-
-
-def train(
-    data: TrainingData,
-    *,
-    alpha: float,
-    beta: float,
-    gamma: float,
-    steps: int,
-    learning_rate: float,
-    seed: int,
-    device: str = "cpu",
-    step_done: Callable[[int, float], None],
-) -> dict[str, Float32Array]:
-    """Trains a network on the full batch; the weights, by name.
-
-    Minimises α·reconstruction/100 + β·KL + γ·(−log-likelihood), where reconstruction is the
-    sum of squared errors of a picture, KL that of a picture's z_I against N(0, 1), both averaged
-    over scenes, and the log-likelihood is averaged over demonstrations. (The paper writes the
-    same with the signs of a maximisation on two of its terms.)
-
-    Args:
-        device: Where torch trains. First weights and noise are drawn on the CPU, so that devices
-            differ by rounding only.
-
-    Raises:
-        InputError: There is no such device here.
-    """
-    where = _device(device)
-    with torch.random.fork_rng(devices=[]), one_thread():
-        torch.manual_seed(seed)
-        net = Network(len(data.types), data.control.shape[1]).to(where)
-        images = torch.from_numpy(data.images).to(where)
-        scene = torch.from_numpy(data.scene).to(where)
-        control = torch.from_numpy(data.control).to(where)
-        valid = torch.from_numpy(data.valid).to(where)
-        row = torch.arange(len(data.type), device=where)
-        type_ = torch.from_numpy(data.type).to(where)
-        # Without reconstruction and KL the decoder and the noise have no part in the loss.
-        stochastic = beta > 0
-        optimiser = torch.optim.Adam(net.parameters(), lr=learning_rate, foreach=True)
-        schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, learning_rate, steps)
-        for step in range(steps):
-            mean, log_variance = net.encode(images)
-            latent = mean
-            if stochastic:
-                noise = torch.randn(mean.shape).to(where)
-                latent = mean + torch.exp(0.5 * log_variance) * noise
-            logits = net.classify(latent[scene], control)[type_, row]
-            loss = gamma * nn.functional.binary_cross_entropy_with_logits(logits, valid)
-            if alpha > 0:
-                error = (net.decode(latent) - images).square().sum(dim=(1, 2, 3)).mean()
-                loss = loss + alpha * error / 100
-            if beta > 0:
-                kl = 0.5 * (mean.square() + log_variance.exp() - 1 - log_variance)
-                loss = loss + beta * kl.sum(dim=1).mean()
-            optimiser.zero_grad()
-            loss.backward()  # type: ignore[no-untyped-call]
-            optimiser.step()
-            schedule.step()
-            step_done(step + 1, float(loss.detach()))
-    return {name: np.array(value.cpu().numpy()) for name, value in net.state_dict().items()}
-
-
-def _device(name: str) -> torch.device:
-    try:
-        found = torch.device(name)
-        torch.zeros(1, device=found).cpu()  # a device that has a name need not be there
-    except (RuntimeError, AssertionError, NotImplementedError) as error:
-        expected = "a device that this build of PyTorch can use, such as cpu or cuda"
-        raise InputError(expected, name, field="device") from error
-    return found
 
 
 def network(weights: dict[str, Float32Array]) -> Network:
