@@ -11,7 +11,7 @@ from demospec.demonstrations import DemonstrationSet, read_set
 from demospec.errors import InputError
 from demospec.files import read_json
 from demospec.report._own_documents import as_stages_write, clearance_words
-from demospec.report._view import Report, Section
+from demospec.report._view import Report, Section, counted
 from demospec.rules import RuleSet, read_rules, rules_document
 
 
@@ -103,8 +103,9 @@ def build_report(folder: Path) -> Report:
     return Report(
         title=f"What the demonstrators of “{d.name}” care about",
         subtitle=(
-            f"{len(d.demonstrations)} demonstrations, {len(d.scenes)} scenes, "
-            f"{len(d.types)} types of user. Distances in {d.units}"
+            f"{counted(len(d.demonstrations), 'demonstration')}, "
+            f"{counted(len(d.scenes), 'scene')}, {counted(len(d.types), 'type')} of user. "
+            f"Distances in {d.units}"
             + (f" ({d.metres_per_unit * 1000:.1f} mm each)." if d.metres_per_unit else ".")
         ),
         summary=summary,
@@ -142,7 +143,12 @@ def _planned(plans: list[dict[str, Any]]) -> tuple[str, ...]:
 
     found = [p for p in plans if p["status"] == "found"]
     kept = sum(p["obeys"] for p in found)
-    noun = "plan" if len(plans) == 1 else "plans"
-    words = f"{len(plans)} {noun}: {len(found)} found, {kept} of these keep the learned rule."
+    if len(plans) == 1:
+        fate = (
+            f"found; it {'keeps' if kept else 'breaks'} the learned rule" if found else "none found"
+        )
+        words = f"1 plan: {fate}."
+    else:
+        words = f"{len(plans)} plans: {len(found)} found, {kept} of these keep the learned rule."
     by_eye = own_opinion(plans)
     return (words, by_eye) if by_eye else (words,)

@@ -22,11 +22,19 @@ NEUTRAL = "#000000"
 
 
 def new_figure(
-    columns: int, rows: int = 1, size_in: float = 2.6, title_lines: int = 1
+    columns: int, rows: int = 1, size_in: float | None = None, title_lines: int = 1
 ) -> tuple[MplFigure, list[Axes]]:
-    """A figure with a grid of square panels, row by row, and room for their titles."""
+    """A figure with a grid of square panels, row by row, and room for their titles.
+
+    Args:
+        columns, rows: Of panels.
+        size_in: Side of a panel; one or two panels in a row are larger than more.
+        title_lines: Of each panel.
+    """
     from matplotlib.figure import Figure
 
+    if size_in is None:
+        size_in = {1: 4.4, 2: 3.4}.get(columns, 2.6)
     height = rows * (size_in + 0.1 + 0.17 * title_lines)
     figure = Figure(figsize=(columns * size_in, height), layout="constrained")
     axes = figure.subplots(rows, columns, squeeze=False)
@@ -36,7 +44,11 @@ def new_figure(
 def to_png(figure: MplFigure, dpi: int = 150) -> bytes:
     """The figure as PNG bytes, without a time stamp (same input, same bytes)."""
     buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=dpi, metadata={"Software": None})
+    # Cut to what is drawn: pictures need not be square, and panels leave room around them.
+    figure.savefig(
+        buffer, format="png", dpi=dpi, metadata={"Software": None}, bbox_inches="tight",
+        pad_inches=0.03,
+    )  # fmt: skip
     return buffer.getvalue()
 
 

@@ -118,10 +118,12 @@ def sure(run: Run) -> Section | None:
         blocks.append(influence)
         told = influence_sentences(types)
         if told:
-            words = (
-                "The same in words. This rule measures to centres: it may contradict "
-                "demonstrations that clearances to outlines explain."
-            )
+            words = "The same in words."
+            if any("contradict" in sentence for sentence in told):
+                words += (
+                    " This rule measures to centres: it may contradict demonstrations that "
+                    "clearances to outlines explain."
+                )
             blocks += [Text(words), Lines(told)]
     if run.query is not None:
         asked = {t: q for t, q in run.query.items() if q.get("status") == "ask"}

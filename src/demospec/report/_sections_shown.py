@@ -6,6 +6,7 @@ from demospec.report._build import Run
 from demospec.report._own_documents import clearance_words
 from demospec.report._scene_picture import demonstrations_picture
 from demospec.report._view import Block, Figure, Section, Table, Text, share
+from demospec.scene import Scene
 
 
 def shown(run: Run) -> Section:
@@ -55,12 +56,17 @@ def _pictures(run: Run) -> Figure:
             scenes.append(scene)
             paths.append([(d.points(i), _said(int(d.valid[i]))) for i in rows])
             titles.append(f"{type_ or 'anyone'}, scene {scene.scene_id} ({scene.split})")
+    above, *below = [_kind(scene) for scene in chosen]
+    where = f"{above} (above) and {below[0]} (below)" if below else above
     return Figure(
         demonstrations_picture(scenes, paths, titles, columns=len(types)),
-        "Demonstrations of each type in a training scene (above) and in one of the scenes that "
-        "no model was fitted on (below).",
+        f"Demonstrations in {where}.",
         "Top-down pictures of tables with the demonstrated paths drawn over them.",
     )
+
+
+def _kind(scene: Scene) -> str:
+    return "a training scene" if scene.split == "train" else "a scene that no model was fitted on"
 
 
 def _simulated(run: Run) -> str:

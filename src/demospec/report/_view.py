@@ -64,6 +64,11 @@ class Report:
     sections: tuple[Section, ...] = field(default=())
 
 
+def counted(n: int, noun: str) -> str:
+    """``1 scene``, ``2 scenes``."""
+    return f"{n} {noun}" if n == 1 else f"{n} {noun}s"
+
+
 def percent(value: float | None, digits: int = 1) -> str:
     """``97.3 %``, or a dash."""
     return "–" if value is None else f"{100 * value:.{digits}f} %"
