@@ -105,3 +105,31 @@ def test_grid_settings_are_checked():
     for bad in ({"models": ("forest",)}, {"counts": (0,)}, {"reading": "both"}):
         with pytest.raises(InputError, match=next(iter(bad))):
             GridSettings(**bad)
+
+
+def test_a_stacked_grid_says_what_single_fits_say_and_goes_on_where_it_stopped(tmp_path):
+    pytest.importorskip("torch", reason="torch comes with demospec[vision]")
+    models = ("full", "classifier", "irl")
+    settings = GridSettings(models=models, counts=(1, 3), seeds=(0, 1), **SMALL)
+    single = run_grid(tmp_path / "single.jsonl", settings)
+    file = tmp_path / "stacked.jsonl"
+    calls: list[float] = []
+    stacked = run_grid(
+        file, settings, stack=3, progress=lambda _what, done, _total: calls.append(done)
+    )
+    assert calls == sorted(calls)
+    assert calls[-1] == 12
+    assert {line.get("stack") for line in stacked if line["model"] != "irl"} == {2, 3}
+    for one, many in zip(single, stacked, strict=True):
+        assert {k: one[k] for k in ("seed", "model", "n")} == {
+            k: many[k] for k in ("seed", "model", "n")
+        }
+        for type_, where in one["types"].items():
+            for place in ("seen", "unseen"):
+                a, b = where[place]["accuracy"], many["types"][type_][place]["accuracy"]
+                assert abs(a - b) < 0.06  # two steps: many an answer is next to ½
+    lines = file.read_bytes().splitlines(keepends=True)
+    file.write_bytes(b"".join(lines[:3]) + lines[3][:9])
+    again = run_grid(file, settings, stack=3)
+    assert [line["n"] for line in again] == [line["n"] for line in stacked]
+    assert len(file.read_bytes().splitlines()) == 13

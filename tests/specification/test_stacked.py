@@ -14,7 +14,7 @@ from demospec.specification._paper import PaperModel
 from demospec.specification._stacked import (
     StackedJob,
     bytes_of_member,
-    members_at_once,
+    stack_size,
     train_stacked,
 )
 from demospec.specification._training_data import TrainingData, training_data
@@ -165,11 +165,11 @@ def test_jobs_of_other_shapes_get_stacks_of_their_own():
 def test_a_stack_is_no_larger_than_its_memory():
     jobs = some_jobs(2)
     each = max(bytes_of_member(job) for job in jobs)
-    assert members_at_once(jobs) == 1  # a CPU has nothing to gain
-    assert members_at_once(jobs, memory_bytes=3 * each + 1, device="cuda") == 3
-    assert members_at_once(jobs, memory_bytes=1, device="cuda") == 1
-    assert members_at_once(jobs, memory_bytes=1 << 50, device="cuda") == len(jobs)
-    assert members_at_once(jobs, memory_bytes=1 << 50, device="cuda", most=2) == 2
+    assert stack_size(jobs) == 1  # a CPU has nothing to gain
+    assert stack_size(jobs, memory_bytes=3 * each + 1, device="cuda") == 3
+    assert stack_size(jobs, memory_bytes=1, device="cuda") == 1
+    assert stack_size(jobs, memory_bytes=1 << 50, device="cuda") == len(jobs)
+    assert stack_size(jobs, memory_bytes=1 << 50, device="cuda", most=2) == 2
 
 
 def test_the_weights_counted_are_the_networks():

@@ -30,6 +30,18 @@ def reproduce(
     cluster: Annotated[
         str | None, typer.Option("--cluster", help="Address of a Dask scheduler for the fits.")
     ] = None,
+    device: Annotated[
+        str,
+        typer.Option(
+            "--device",
+            help="Where the grid trains the paper's model: cpu, or cuda, where many fits are "
+            "trained at once.",
+        ),
+    ] = "cpu",
+    precision: Annotated[
+        str,
+        typer.Option("--precision", help="float32, or bfloat16 in its encoder and decoder."),
+    ] = "float32",
     seed: Seed = 0,
     json: Json = False,
 ) -> None:
@@ -47,8 +59,9 @@ def reproduce(
     command = " ".join(["demospec", *sys.argv[1:]])
     with progress_bar(after_s=0.5) as progress:
         record = run(
-            out, settings, workers=workers, cluster=cluster, command=command, progress=progress
-        )
+            out, settings, workers=workers, cluster=cluster, device=device, precision=precision,
+            command=command, progress=progress,
+        )  # fmt: skip
     page = (out / "reproduction.html").resolve()
     rows = read_json(out / "accuracy-uniform.json")["rows"]
     if json:

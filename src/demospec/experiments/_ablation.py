@@ -18,12 +18,13 @@ from typing import Any, Literal
 
 import numpy as np
 
-from demospec.demonstrations import DemonstrationSet, simulate_set
+from demospec.demonstrations import DemonstrationSet, ValidityModel, simulate_set
 from demospec.errors import InputError
 from demospec.files import parse_json
 from demospec.progress import Progress, silent
 
-MODELS = ("full", "autoencoder", "classifier", "irl", "field")
+ABLATIONS = ("full", "autoencoder", "classifier")
+MODELS = (*ABLATIONS, "irl", "field")
 MOST = 9
 """Most demonstrations per scene and type that a fit sees (paper: 9)."""
 
@@ -89,6 +90,9 @@ def run_grid(
     *,
     workers: int = 1,
     cluster: str | None = None,
+    device: str = "cpu",
+    precision: str = "float32",
+    stack: int | None = None,
     progress: Progress = silent,
 ) -> list[dict[str, Any]]:
     """Runs the fits that `file` does not hold yet, and returns all of the grid.
@@ -97,48 +101,85 @@ def run_grid(
         file: JSON lines, appended to as fits finish. Its first line holds the settings.
         workers: Processes; each uses one thread.
         cluster: Address of a Dask scheduler instead.
+        device: Where the paper's models are trained: other than ``cpu``, in stacks in this
+            process, as many as its memory holds, while scores and other models stay with the
+            workers. A line then names device, precision and size of its stack.
+        precision: As of `PaperSettings`.
+        stack: Members of a stack; with it, a CPU stacks as well.
 
     Raises:
-        InputError: The file belongs to other settings, or is damaged in the middle.
+        InputError: No such device; the file belongs to other settings, or is damaged in the middle.
     """
     settings = settings or GridSettings()
+    if device != "cpu" or precision != "float32":
+        from demospec.specification import check_device
+
+        check_device(device, precision)
     done = _finished(file, settings)
-    jobs: list[tuple[int, list[Cell]]] = []
+    left = [cell for cell in settings.cells() if cell not in done]
+    at_once = device != "cpu" or stack is not None
+    stacked = [cell for cell in left if at_once and cell.model in ABLATIONS]
+    others = [cell for cell in left if cell not in set(stacked)]
+    jobs: list[list[Cell]] = []
     for seed in settings.seeds:
-        left = [c for c in settings.cells() if c.seed == seed and c not in done]
+        mine = [cell for cell in others if cell.seed == seed]
         # One job holds at most a handful of fits: the file grows steadily and little is lost.
-        jobs += [(seed, left[i : i + 3]) for i in range(0, len(left), 3)]
-    total = len(done) + sum(len(cells) for _, cells in jobs)
-    count = len(done)
-    progress("fitting the grid", count, total)
-    for lines in _run(jobs, settings, workers, cluster):
+        jobs += [mine[i : i + 3] for i in range(0, len(mine), 3)]
+    found, total = len(done), len(done) + len(left)
+    fitted = scored_fits = 0.0
+
+    def show() -> None:
+        # Half a fit is its training, half its scores: the bar moves while a stack is trained.
+        half = (scored_fits + max(scored_fits, fitted)) / 2
+        progress("fitting the grid", found + half, total)
+
+    def trained(fits: float) -> None:
+        nonlocal fitted
+        fitted = fits
+        show()
+
+    show()
+
+    def finished() -> Iterator[list[dict[str, Any]]]:
+        if stacked:
+            from demospec.experiments._stacked_grid import fit_stacked
+
+            yield from fit_stacked(
+                settings, stacked, device=device, precision=precision, most=stack,
+                workers=workers, cluster=cluster, trained=trained,
+            )  # fmt: skip
+        yield from _run(jobs, settings, workers, cluster, precision)
+
+    for lines in finished():
         _append(file, lines)
         for line in lines:
             done[Cell(line["seed"], line["model"], line["n"])] = line
-        count += len(lines)
-        progress("fitting the grid", count, total)
+        scored_fits += len(lines)
+        show()
     return [done[cell] for cell in settings.cells()]
 
 
 def _run(
-    jobs: Sequence[tuple[int, list[Cell]]],
+    jobs: Sequence[list[Cell]],
     settings: GridSettings,
     workers: int,
     cluster: str | None,
+    precision: str,
 ) -> Iterator[list[dict[str, Any]]]:
     from functools import partial
 
     from demospec.parallel import iterate_tasks
 
-    work = partial(fit_cells, settings)
-    tasks = [cells for _, cells in jobs]
-    yield from iterate_tasks(work, tasks, workers=workers, cluster=cluster)
+    work = partial(fit_cells, settings, precision=precision)
+    yield from iterate_tasks(work, jobs, workers=workers, cluster=cluster)
 
 
-def fit_cells(settings: GridSettings, cells: Sequence[Cell]) -> list[dict[str, Any]]:
+def fit_cells(
+    settings: GridSettings, cells: Sequence[Cell], precision: str = "float32"
+) -> list[dict[str, Any]]:
     """Fits and scores some cells of one seed; one line each."""
     from demospec.experiments._split import PicturesOnly
-    from demospec.specification import evaluate, fit_model
+    from demospec.specification import fit_model
 
     seed = cells[0].seed
     data, truth = grid_set(settings, seed)
@@ -148,28 +189,50 @@ def fit_cells(settings: GridSettings, cells: Sequence[Cell]) -> list[dict[str, A
     lines = []
     for cell in cells:
         began = time.process_time()
-        model = _fitted(fit_model, cell, train.select(rank < cell.n), settings)
-        fitted = time.process_time()
+        model = _fitted(fit_model, cell, train.select(rank < cell.n), settings, precision)
+        about: dict[str, Any] = {"fit_seconds": round(time.process_time() - began, 3)}
+        if precision != "float32" and cell.model in ABLATIONS:
+            about["precision"] = precision
         if cell.model == "field":  # it would read the lists of objects: let it see for itself
             model = PicturesOnly(model)
-        seen = evaluate(model, held_out, truth=truth).to_json()["types"]
-        unseen = evaluate(model, test, truth=truth).to_json()["types"]
-        line: dict[str, Any] = {
-            **asdict(cell),
-            "fit_seconds": round(fitted - began, 3),
-            "score_seconds": round(time.process_time() - fitted, 3),
-            "types": {},
-        }
-        for type_ in seen:
-            line["types"][type_] = {"seen": seen[type_], "unseen": unseen.get(type_)}
-        lines.append(line)
+        lines.append(scored(cell, model, held_out, test, truth, about))
     return lines
 
 
-def _fitted(fit_model: Any, cell: Cell, data: DemonstrationSet, settings: GridSettings) -> Any:
-    if cell.model in ("irl", "field"):
+def scored(
+    cell: Cell,
+    model: ValidityModel,
+    held_out: DemonstrationSet,
+    test: DemonstrationSet,
+    truth: Any,
+    about: dict[str, Any],
+) -> dict[str, Any]:
+    """The line of a fit: what is said about it, and its scores on seen and unseen scenes."""
+    from demospec.specification import evaluate
+
+    began = time.process_time()
+    seen = evaluate(model, held_out, truth=truth).to_json()["types"]
+    unseen = evaluate(model, test, truth=truth).to_json()["types"]
+    line: dict[str, Any] = {
+        **asdict(cell),
+        **about,
+        "score_seconds": round(time.process_time() - began, 3),
+        "types": {},
+    }
+    for type_ in seen:
+        line["types"][type_] = {"seen": seen[type_], "unseen": unseen.get(type_)}
+    return line
+
+
+def _fitted(
+    fit_model: Any, cell: Cell, data: DemonstrationSet, settings: GridSettings, precision: str
+) -> Any:
+    if cell.model not in ABLATIONS:
         return fit_model(data, cell.model, seed=cell.seed)
-    return fit_model(data, "paper", seed=cell.seed, ablation=cell.model, steps=settings.steps)
+    return fit_model(
+        data, "paper", seed=cell.seed, ablation=cell.model, steps=settings.steps,
+        precision=precision,
+    )  # fmt: skip
 
 
 # Jobs of one seed follow each other: the set that a process has just simulated is the next one's.

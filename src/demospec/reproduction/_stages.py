@@ -70,6 +70,8 @@ def reproduce(
     *,
     workers: int = 1,
     cluster: str | None = None,
+    device: str = "cpu",
+    precision: str = "float32",
     command: str = "demospec reproduce",
     progress: Progress = silent,
 ) -> RunRecord:
@@ -79,18 +81,28 @@ def reproduce(
         folder: New, empty, or an earlier run.
         workers: Processes, one thread each, for the accuracy grid, repairs and causes.
         cluster: Address of a Dask scheduler for the grid instead.
+        device, precision: Where and how the grid's fits of the paper's model are trained, in
+            stacks where the device is no CPU (`run_grid`).
 
     Raises:
-        InputError: `folder` holds other things.
+        InputError: `folder` holds other things, or there is no such device.
         MissingExtraError: torch is absent.
     """
     settings = settings or ReproduceSettings()
-    stages = reproduce_stages(settings, workers, cluster)
+    if device != "cpu" or precision != "float32":
+        from demospec.specification import check_device
+
+        check_device(device, precision)  # before the first stage, not after an hour
+    stages = reproduce_stages(settings, workers, cluster, device, precision)
     return run_stages(folder, stages, command=command, seed=settings.seed, progress=progress)
 
 
 def reproduce_stages(
-    s: ReproduceSettings, workers: int = 1, cluster: str | None = None
+    s: ReproduceSettings,
+    workers: int = 1,
+    cluster: str | None = None,
+    device: str = "cpu",
+    precision: str = "float32",
 ) -> tuple[Stage, ...]:
     """The stages of `reproduce`, in order."""
 
@@ -136,7 +148,8 @@ def reproduce_stages(
             )
             lines = run_grid(
                 folder / f"grid-{reading}.jsonl", grid,
-                workers=workers, cluster=cluster, progress=told,
+                workers=workers, cluster=cluster, device=device, precision=precision,
+                progress=told,
             )  # fmt: skip
             table = grid_table(lines)
             draw_accuracy(table, folder / f"accuracy-{reading}", reading)

@@ -17,7 +17,8 @@ from demospec.specification._predict_parts import predict_parts
 from demospec.specification._repair import Repairs, RepairSettings, repair
 from demospec.specification._repair_set import Repaired, RepairedSet, repair_set
 from demospec.specification._sample import Samples, sample_valid
-from demospec.specification._stacked import StackedJob, train_stacked
+from demospec.specification._stacked import StackedJob, check_device, stack_size, train_stacked
+from demospec.specification._training_data import training_data
 from demospec.specification._validity_map import ValidityMap, validity_map
 
 __all__ = [
@@ -45,6 +46,7 @@ __all__ = [
     "StackedJob",
     "ValidityMap",
     "audit_set",
+    "check_device",
     "conformal",
     "evaluate",
     "explain",
@@ -59,6 +61,8 @@ __all__ = [
     "repair",
     "repair_set",
     "sample_valid",
+    "stack_size",
     "train_stacked",
+    "training_data",
     "validity_map",
 ]

@@ -28,7 +28,12 @@ from demospec.specification._model_folder import (
     read_model_folder,
     write_model_folder,
 )
-from demospec.specification._stacked import StackedJob, require_torch, train_stacked
+from demospec.specification._stacked import (
+    PRECISIONS,
+    StackedJob,
+    require_torch,
+    train_stacked,
+)
 from demospec.specification._training_data import (
     TrainingData,
     bezier_controls,
@@ -44,7 +49,6 @@ if TYPE_CHECKING:
 
 LATENT: Final = 15
 ABLATIONS: Final = ("full", "autoencoder", "classifier")
-PRECISIONS: Final = ("float32", "bfloat16")
 
 Float32Array = NDArray[np.float32]
 

@@ -11,13 +11,15 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from demospec.errors import MissingExtraError
+from demospec.errors import InputError, MissingExtraError
 from demospec.progress import Progress, silent
 from demospec.specification._model_folder import Weights
 from demospec.specification._training_data import TrainingData
 
 if TYPE_CHECKING:
     from demospec.specification._paper import PaperSettings
+
+PRECISIONS = ("float32", "bfloat16")
 
 PARAMETERS = 34_925
 """Numbers of encoder and decoder; a type's classifier has 5,377 more at order 2."""
@@ -60,10 +62,10 @@ def train_stacked(
         progress: Told the steps.
 
     Raises:
-        InputError: There is no such device here.
+        InputError: No such device here, or no such precision.
         MissingExtraError: torch is absent.
     """
-    require_torch()
+    check_device(device, precision)
     from demospec.specification._stacked_steps import Member, train_stack
 
     out: list[Weights | None] = [None] * len(jobs)
@@ -98,21 +100,21 @@ def _stacks(
         shape = (len(data.types), data.images.shape, data.control.shape[1])
         alike.setdefault((*shape, s.steps, s.learning_rate), []).append(k)
     for rows in alike.values():
-        at_once = members_at_once(
+        at_once = stack_size(
             [jobs[k] for k in rows], device=device, memory_bytes=memory_bytes, most=most
         )
         for first in range(0, len(rows), at_once):
             yield rows[first : first + at_once]
 
 
-def members_at_once(
+def stack_size(
     jobs: Sequence[StackedJob],
     *,
     device: str = "cpu",
     memory_bytes: int | None = None,
     most: int | None = None,
 ) -> int:
-    """How many of these jobs go into one stack, ≥ 1; see `train_stacked`."""
+    """How many of these jobs go into one stack, ≥ 1; arguments as of `train_stacked`."""
     if most is None and device == "cpu":
         return 1
     budget = _memory(device) if memory_bytes is None else memory_bytes
@@ -146,6 +148,16 @@ def _memory(device: str) -> int:
             free, _ = torch.cuda.mem_get_info(device)
             return int(0.6 * float(free))
     return 1 << 30
+
+
+def check_device(device: str, precision: str = "float32") -> None:
+    """InputError where this build of PyTorch cannot use the device, or the precision is unknown."""
+    require_torch()
+    from demospec.specification._stacked_steps import find_device
+
+    find_device(device)
+    if precision not in PRECISIONS:
+        raise InputError(", ".join(PRECISIONS), precision, field="precision")
 
 
 def require_torch() -> None:

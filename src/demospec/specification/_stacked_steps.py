@@ -73,7 +73,7 @@ def train_stack(
     Raises:
         InputError: There is no such device here.
     """
-    where = _device(device)
+    where = find_device(device)
     # The decoder's members come first, those of one set of pictures beside each other.
     sets = _picture_sets(members)
     order = sorted(range(len(members)), key=lambda k: (members[k].alpha == 0, sets[k]))
@@ -293,7 +293,8 @@ def _shown(members: Sequence[Member]) -> tuple[Tensor, Tensor, Tensor, Tensor]:
     return a, b, c, d
 
 
-def _device(name: str) -> torch.device:
+def find_device(name: str) -> torch.device:
+    """The device of that name; InputError where this build of PyTorch cannot use it."""
     try:
         found = torch.device(name)
         torch.zeros(1, device=found).cpu()  # a device that has a name need not be there
