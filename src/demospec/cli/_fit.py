@@ -25,6 +25,15 @@ def fit(
         typer.Option("--split", help="Fit on the scenes of this split (where the set has it)."),
     ] = "train",
     settings: Setting = None,
+    members: Annotated[
+        int,
+        typer.Option(
+            "--members",
+            min=1,
+            max=100,
+            help="Fit so many models that differ by chance; `predict` then tells their spread.",
+        ),
+    ] = 1,
     fine_tune: Annotated[
         bool | None,
         typer.Option(
@@ -39,8 +48,9 @@ def fit(
 ) -> None:
     """Fit a specification model to the labelled demonstrations of a set's training scenes.
 
-    Settings of field: fine_tune, use_lists. Settings of paper: device, ablation (full, autoencoder,
-    classifier), alpha, beta, gamma, steps, learning_rate, order. Settings of irl: l2, grid.
+    Settings of field: fine_tune, use_lists. Settings of paper: device, precision (float32,
+    bfloat16), ablation (full, autoencoder, classifier), alpha, beta, gamma, steps, learning_rate,
+    order. Settings of irl: l2, grid. It runs on the CPU only.
     """
     from demospec.cli._common import say
     from demospec.demonstrations import read_set
@@ -58,11 +68,11 @@ def fit(
             raise InputError("--model field", model, field="--fine-tune")
         chosen["fine_tune"] = fine_tune
     with progress_bar() as progress:
-        fitted = fit_model(data, model, seed=seed, progress=progress, **chosen)
+        fitted = fit_model(data, model, members=members, seed=seed, progress=progress, **chosen)
         fitted.save(out, replace=force)
         scores = evaluate(fitted, data).to_json()
     say(f"wrote {out}")
-    document = {"model": model, "path": str(out), "types": list(fitted.types),
+    document = {"model": model, "members": members, "path": str(out), "types": list(fitted.types),
                 "on_the_same_demonstrations": scores["types"]}  # fmt: skip
     if json:
         print_json(document)

@@ -57,7 +57,8 @@ def predict(
     """Judge every demonstration of a set: p(valid) for its type. Never reads the labels.
 
     A demonstration without type gets one entry for each type of the model. p_valid is null
-    where the model cannot judge (a rule on a scene that lists no objects).
+    where the model cannot judge (a rule on a scene that lists no objects). An ensemble adds
+    p_valid_sd, the spread of its members' p(valid).
     """
     from demospec.demonstrations import count_rows, read_set
     from demospec.errors import InputError
@@ -83,16 +84,19 @@ def predict(
     if answer.unknown_types:
         say(f"p_valid is null for types the model does not know: {', '.join(answer.unknown_types)}")
     document: dict[str, Any] = answer.to_json()
-    header = ["demonstration", "scene", "type", "p(valid)"]
+    columns = {"demo_id": "demonstration", "scene_id": "scene", "type": "type",
+               "p_valid": "p(valid)"}  # fmt: skip
+    if any(item.p_valid_sd is not None for item in answer.items):
+        columns["p_valid_sd"] = "spread"
     if conformal is not None and calibrate is not None:
-        header.append(f"verdict (wrong at most {conformal:.3g})")
+        columns["verdict"] = f"verdict (wrong at most {conformal:.3g})"
         _add_verdicts(document, fitted, data, conformal, calibrate)
     save_json(document, out)
     if json:
         print_json(document)
     elif out is None:
-        rows = [list(entry.values()) for entry in document["predictions"]]
-        print_table("", header, rows)
+        rows = [[entry.get(name) for name in columns] for entry in document["predictions"]]
+        print_table("", list(columns.values()), rows)
 
 
 def _add_verdicts(

@@ -6,6 +6,8 @@ Nothing here loads torch until a network is fitted or sees a scene.
 from demospec.specification._audit import Audit, AuditEntry, audit_set
 from demospec.specification._conformal import Conformal, conformal, predict_verdicts
 from demospec.specification._control_plane import ControlPlane, plane_bounds
+from demospec.specification._ensemble import EnsembleModel, EnsembleView, UncertainView
+from demospec.specification._ensemble_fit import fit_ensemble
 from demospec.specification._evaluate import Evaluation, Score, evaluate
 from demospec.specification._explain import Explanation, explain
 from demospec.specification._identify import Identification, Identified, identify
@@ -26,6 +28,8 @@ __all__ = [
     "AuditEntry",
     "Conformal",
     "ControlPlane",
+    "EnsembleModel",
+    "EnsembleView",
     "Evaluation",
     "Explanation",
     "FittedModel",
@@ -44,12 +48,14 @@ __all__ = [
     "Samples",
     "Score",
     "StackedJob",
+    "UncertainView",
     "ValidityMap",
     "audit_set",
     "check_device",
     "conformal",
     "evaluate",
     "explain",
+    "fit_ensemble",
     "fit_model",
     "identify",
     "load_model",

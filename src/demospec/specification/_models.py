@@ -6,13 +6,16 @@ import os
 from collections.abc import Callable
 from dataclasses import fields
 from pathlib import Path
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from demospec.demonstrations import DemonstrationSet, View
 from demospec.errors import InputError
 from demospec.progress import Progress, silent
 from demospec.scene import Scene
-from demospec.specification._model_folder import read_model_folder
+from demospec.specification._model_folder import ModelFolder, read_model_folder
+
+if TYPE_CHECKING:
+    from demospec.specification._paper import PaperSettings
 
 KINDS = ("field", "paper", "irl")
 
@@ -32,6 +35,7 @@ def fit_model(
     data: DemonstrationSet,
     model: str = "field",
     *,
+    members: int = 1,
     seed: int = 0,
     progress: Progress = silent,
     **settings: Any,
@@ -41,6 +45,7 @@ def fit_model(
     Args:
         data: Every scene is used; choose one split with `DemonstrationSet.of_split`.
         model: ``field`` (ours), ``paper`` or ``irl``.
+        members: Of an ensemble (`EnsembleModel`); 1: the plain model.
         seed: Same seed, same weights.
         progress: Told the steps.
         settings: Of `FieldSettings`, `PaperSettings` or `IrlSettings`, by name.
@@ -49,22 +54,33 @@ def fit_model(
         InputError: Unknown model or setting, no labelled demonstrations, no pictures.
         MissingExtraError: torch is absent.
     """
+    if model not in KINDS:
+        raise InputError(", ".join(KINDS), model, field="model")
+    if members != 1:
+        from demospec.specification._ensemble_fit import fit_ensemble
+
+        return fit_ensemble(data, model, members=members, seed=seed, progress=progress, **settings)
     if model == "field":
         from demospec.specification._field import FieldModel
 
         return FieldModel.fit(data, seed=seed, progress=progress, **settings)
     if model == "paper":
-        from demospec.specification._paper import PaperModel, PaperSettings
+        from demospec.specification._paper import PaperModel
 
-        chosen = _checked(PaperSettings, settings)
-        return PaperModel.fit(data, seed=seed, progress=progress, settings=chosen)
-    if model == "irl":
-        from demospec.specification._irl import IrlModel, IrlSettings
+        return PaperModel.fit(data, seed=seed, progress=progress, settings=paper_settings(settings))
+    from demospec.specification._irl import IrlModel, IrlSettings
 
-        return IrlModel.fit(
-            data, seed=seed, progress=progress, settings=_checked(IrlSettings, settings)
-        )
-    raise InputError(", ".join(KINDS), model, field="model")
+    return IrlModel.fit(
+        data, seed=seed, progress=progress, settings=_checked(IrlSettings, settings)
+    )
+
+
+def paper_settings(settings: dict[str, Any]) -> PaperSettings:
+    """`PaperSettings` by name; InputError lists the names where one is unknown."""
+    from demospec.specification._paper import PaperSettings
+
+    chosen: PaperSettings = _checked(PaperSettings, settings)
+    return chosen
 
 
 def _checked(kind: Callable[..., Any], settings: dict[str, Any]) -> Any:
@@ -94,7 +110,11 @@ def load_model(path: str | os.PathLike[str]) -> Any:
         raise InputError("a model folder or a rule file", "no such file or folder", file=place)
     if not (place / "config.json").is_file():
         raise InputError("a model folder (with config.json)", "another folder", file=place)
-    stored = read_model_folder(place)
+    return model_of(read_model_folder(place))
+
+
+def model_of(stored: ModelFolder) -> Any:
+    """The model of a folder that was read; a `ValidityModel`."""
     if stored.kind == "paper":
         from demospec.specification._paper import PaperModel
 
@@ -106,5 +126,10 @@ def load_model(path: str | os.PathLike[str]) -> Any:
     if stored.kind == "field":
         from demospec.specification._field import FieldModel
 
-        return FieldModel.load(place)
-    raise InputError(", ".join(KINDS), stored.kind, file=place / "config.json", field="kind")
+        return FieldModel.of(stored)
+    if stored.kind == "ensemble":
+        from demospec.specification._ensemble import EnsembleModel
+
+        return EnsembleModel.of(stored)
+    file = None if stored.path is None else stored.path / "config.json"
+    raise InputError(", ".join((*KINDS, "ensemble")), stored.kind, file=file, field="kind")

@@ -18,16 +18,33 @@ from demospec.demonstrations import (
 )
 from demospec.errors import CannotJudgeError, InputError
 from demospec.progress import Progress, silent
+from demospec.specification._ensemble import UncertainView
 
 
 @dataclass(frozen=True)
 class Prediction:
-    """p(valid) of one demonstration for one user type; None where the model cannot judge."""
+    """p(valid) of one demonstration for one user type; None where the model cannot judge.
+
+    An ensemble adds the standard deviation of its members' p(valid); None from other models.
+    """
 
     demo_id: str
     scene_id: str
     type: str
     p_valid: float | None
+    p_valid_sd: float | None = None
+
+    def to_json(self) -> dict[str, Any]:
+        """One entry of the document of ``demospec predict``."""
+        entry = {
+            "demo_id": self.demo_id,
+            "scene_id": self.scene_id,
+            "type": self.type,
+            "p_valid": self.p_valid,
+        }
+        if self.p_valid_sd is not None:
+            entry["p_valid_sd"] = self.p_valid_sd
+        return entry
 
 
 @dataclass(frozen=True)
@@ -46,12 +63,7 @@ class Predictions:
 
     def to_json(self) -> dict[str, Any]:
         """The document of ``demospec predict``."""
-        return {
-            "predictions": [
-                {"demo_id": p.demo_id, "scene_id": p.scene_id, "type": p.type, "p_valid": p.p_valid}
-                for p in self.items
-            ]
-        }
+        return {"predictions": [item.to_json() for item in self.items]}
 
 
 def predict(
@@ -63,14 +75,18 @@ def predict(
         CannotJudgeError: No scene of the set can be judged.
     """
     d = data.demonstrations
-    found: dict[tuple[int, str], float] = {}
+    found: dict[tuple[int, str], tuple[float, float | None]] = {}
     views = Views(model, data, progress)
     for _, rows, view in views:
         for type_ in model.types:
             mine = [int(i) for i in rows if d.type[i] is None or d.type[i] == type_]
             if mine:
-                p = view.p_valid(d.paths_xy(mine), type_)
-                found.update({(i, type_): float(p[k]) for k, i in enumerate(mine)})
+                paths = d.paths_xy(mine)
+                p = view.p_valid(paths, type_).tolist()
+                sd: list[float | None] = [None] * len(mine)
+                if isinstance(view, UncertainView):
+                    sd = view.p_valid_sd(paths, type_).tolist()
+                found.update({(i, type_): (p[k], sd[k]) for k, i in enumerate(mine)})
     views.refuse_if_none()
     items = []
     unknown: dict[str, None] = {}
@@ -78,7 +94,8 @@ def predict(
         for type_ in model.types if d.type[i] is None else (d.type[i],):
             if type_ not in model.types:
                 unknown[type_] = None
-            items.append(Prediction(d.demo_id[i], d.scene_id[i], type_, found.get((i, type_))))
+            p_sd = found.get((i, type_), (None, None))
+            items.append(Prediction(d.demo_id[i], d.scene_id[i], type_, *p_sd))
     return Predictions(tuple(items), views.unjudged, tuple(unknown))
 
 
