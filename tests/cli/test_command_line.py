@@ -127,3 +127,14 @@ def test_starting_loads_nothing_heavy() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_a_run_that_is_stopped_says_that_it_goes_on(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from demospec.cli._common import goes_on
+
+    for folder, said in ((tmp_path, True), (tmp_path / "absent", False)):
+        with pytest.raises(KeyboardInterrupt), goes_on(folder):
+            raise KeyboardInterrupt
+        assert ("the same command goes on from there" in capsys.readouterr().err) == said

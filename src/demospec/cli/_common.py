@@ -123,6 +123,17 @@ def progress_bar(after_s: float = 2.0) -> Iterator[Progress]:
         shown.close()
 
 
+@contextmanager
+def goes_on(out: Path) -> Iterator[None]:
+    """Says on Ctrl-C that the same command takes a run up again where it was."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        if out.is_dir():
+            say(f"{out} keeps what is done: the same command goes on from there")
+        raise
+
+
 class _Bars:
     def __init__(self, after_s: float) -> None:
         self.after_s = after_s

@@ -12,6 +12,7 @@ import typer
 from demospec.cli._common import (
     Json,
     Seed,
+    goes_on,
     one_thread,
     print_json,
     print_table,
@@ -36,7 +37,7 @@ def demo(
     began = time.monotonic()
     command = " ".join(["demospec", *sys.argv[1:]])
     settings = DemoSettings(catalogue=catalogue, seed=seed)
-    with progress_bar(after_s=0.5) as progress:
+    with goes_on(out), progress_bar(after_s=0.5) as progress:
         record = run_demo(out, settings, command=command, progress=progress)
     report = (out / "report.html").resolve()
     rules = read_json(out / "rules.json")["types"]

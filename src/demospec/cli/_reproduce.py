@@ -12,6 +12,7 @@ import typer
 from demospec.cli._common import (
     Json,
     Seed,
+    goes_on,
     one_thread,
     print_json,
     print_table,
@@ -57,7 +58,7 @@ def reproduce(
     began = time.monotonic()
     settings = ReproduceSettings.quick(seed) if quick else ReproduceSettings(seed=seed)
     command = " ".join(["demospec", *sys.argv[1:]])
-    with progress_bar(after_s=0.5) as progress:
+    with goes_on(out), progress_bar(after_s=0.5) as progress:
         record = run(
             out, settings, workers=workers, cluster=cluster, device=device, precision=precision,
             command=command, progress=progress,

@@ -21,6 +21,7 @@ from demospec.scene._placebo import placebo_patch
 from demospec.scene._sprites import SAMPLES, Sprite, coverage, draw_sprite
 from demospec.scene._tables import draw_table, table_albedo
 from demospec.scene._types import Image, Picture, Scene, SceneObject
+from demospec.scene._upright import upright
 
 __all__ = [
     "SAMPLES",
@@ -68,4 +69,5 @@ __all__ = [
     "sunk",
     "swap_object",
     "table_albedo",
+    "upright",
 ]

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from demospec.errors import InputError, MissingExtraError
-from demospec.scene import Image
+from demospec.scene import Image, upright
 
 MAX_PIXELS = 64_000_000
 
@@ -50,7 +50,7 @@ def frame_at(file: Path, seconds: float) -> Image:
 
 
 def decoded(data: io.BytesIO, file: Path, row: str) -> Image:
-    """A PNG or JPEG picture from bytes, (h, w, 3) uint8."""
+    """A PNG or JPEG picture from bytes, as viewers show it, (h, w, 3) uint8."""
     import PIL.Image
 
     try:
@@ -60,7 +60,7 @@ def decoded(data: io.BytesIO, file: Path, row: str) -> Image:
         if picture.width * picture.height > MAX_PIXELS:
             raise InputError(f"a picture of at most {MAX_PIXELS} pixels",
                              f"{picture.width}x{picture.height}", file=file, row=row)  # fmt: skip
-        return np.asarray(picture.convert("RGB"))
+        return np.asarray(upright(picture).convert("RGB"))
     except InputError:
         raise
     except Exception as error:  # Pillow's decoders raise nearly anything on broken data
