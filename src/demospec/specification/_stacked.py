@@ -136,8 +136,14 @@ def bytes_of_member(job: StackedJob) -> int:
     if job.settings.weights[0] > 0:
         pictures += 2 * maps + 4 * 3 * 100 * 100
     most = max(int((job.data.type == t).sum()) for t in range(types))
-    weights = PARAMETERS + types * (inputs * 64 + 64 * 64 + 3 * 64 + 1)
+    weights = weights_of_member(job)
     return 4 * (6 * weights + scenes * pictures + 2 * types * most * (inputs + 2 * 64))
+
+
+def weights_of_member(job: StackedJob) -> int:
+    """Numbers in its network."""
+    inputs = 15 + int(job.data.control.shape[1])
+    return PARAMETERS + len(job.data.types) * (inputs * 64 + 64 * 64 + 3 * 64 + 1)
 
 
 def _memory(device: str) -> int:
