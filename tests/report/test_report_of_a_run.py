@@ -270,6 +270,21 @@ def test_documents_of_single_commands_are_read(run: Path, tmp_path: Path) -> Non
         build_report(own)
 
 
+def test_doubtful_demonstrations_are_shown(run: Path, tmp_path: Path) -> None:
+    """Two of the set, and one that the set no longer has."""
+    import shutil
+
+    own = tmp_path / "run"
+    shutil.copytree(run, own)
+    names = [*read_set(own / "set").demonstrations.demo_id[:2], "gone"]
+    audit = [{"demo_id": str(n), "verdict": "review", "why": "too near"} for n in names]
+    write_json(own / "audit.json", {"conflict": None, "demonstrations": audit})
+    section = next(s for s in build_report(own).sections if s.anchor == "doubts")
+    (table,) = (b for b in section.blocks if isinstance(b, Table))
+    assert [row[0] for row in table.rows] == names
+    assert sum(isinstance(b, Figure) for b in section.blocks) == 1
+
+
 def test_a_rule_by_hand_and_a_plan_where_nothing_is_listed(tmp_path: Path) -> None:
     """No sentence, no evidence, no objects, no type: the page says what there is."""
     from dataclasses import replace

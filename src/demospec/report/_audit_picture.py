@@ -10,6 +10,7 @@ from pathlib import Path
 from demospec.demonstrations import DemonstrationSet
 from demospec.files import writing_file
 from demospec.report._scene_picture import draw_path, draw_scene, new_figure, to_png
+from demospec.report._view import counted
 
 COLUMNS = 4
 LIMIT = 24
@@ -22,7 +23,7 @@ def audit_picture(
     *,
     limit: int = LIMIT,
 ) -> Path:
-    """A PNG with one panel a suspicious demonstration: its scene, its path, why.
+    """Writes a PNG with one panel a suspicious demonstration: its scene, its path, why.
 
     Accepted paths are solid blue, rejected ones dashed orange.
 
@@ -32,6 +33,15 @@ def audit_picture(
         out: The file to write.
         limit: Panels at most; the title says how many there are.
     """
+    with writing_file(out) as temporary:
+        temporary.write_bytes(reviewed_picture(data, reasons, limit=limit))
+    return Path(out)
+
+
+def reviewed_picture(
+    data: DemonstrationSet, reasons: Mapping[str, str], *, limit: int = LIMIT
+) -> bytes:
+    """The PNG that `audit_picture` writes."""
     shown = list(reasons)[:limit]
     rows = max(1, -(-len(shown) // COLUMNS))
     columns = min(COLUMNS, max(1, len(shown)))
@@ -44,12 +54,11 @@ def audit_picture(
         ax.plot(*item.xy.T, color="white", linewidth=2.6, solid_capstyle="round")
         draw_path(ax, item.xy, item.valid)
         label = {True: "accepted", False: "rejected", None: "no label"}[item.valid]
-        ax.set_title(f"{name} · {item.type or 'no type'} · {label}", fontsize=7, loc="left")
-        ax.set_xlabel("\n".join(textwrap.wrap(reasons[name], 44)[:4]), fontsize=6, loc="left")
+        ax.set_title(f"{name} · {item.type or 'no type'} · {label}", fontsize=8, loc="left")
+        ax.set_xlabel("\n".join(textwrap.wrap(reasons[name], 44)[:4]), fontsize=7, loc="left")
     for ax in axes[len(shown) :]:
         ax.set_axis_off()
     more = f", the first {len(shown)} shown" if len(reasons) > len(shown) else ""
-    figure.suptitle(f"{len(reasons)} demonstrations to review{more}", fontsize=9)
-    with writing_file(out) as temporary:
-        temporary.write_bytes(to_png(figure))
-    return Path(out)
+    what = counted(len(reasons), "demonstration")
+    figure.suptitle(f"{what} to review{more}", fontsize=9)
+    return to_png(figure)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from demospec.causal import findings_from_document
+from demospec.report._audit_picture import reviewed_picture
 from demospec.report._build import Run
 from demospec.report._causal_picture import draw_causal_picture
 from demospec.report._scene_picture import draw_path, draw_scene, new_figure, to_png
@@ -253,7 +254,8 @@ def doubts(run: Run) -> Section | None:
     blocks: list[Block] = []
     if review:
         count = len(run.audit["demonstrations"])
-        blocks.append(Text(f"{len(review)} of {count} contradict what the others follow."))
+        verb = "contradicts" if len(review) == 1 else "contradict"
+        blocks.append(Text(f"{len(review)} of {count} {verb} what the others follow."))
         blocks.append(
             Table(
                 ("demonstration", "why"),
@@ -261,6 +263,18 @@ def doubts(run: Run) -> Section | None:
                 note="" if len(review) <= 30 else f"and {len(review) - 30} more",
             )
         )
+        known = set(run.data.demonstrations.demo_id)
+        reasons = {d["demo_id"]: d["why"] for d in review if d["demo_id"] in known}
+        if reasons:
+            blocks.append(
+                Figure(
+                    reviewed_picture(run.data, reasons, limit=8),
+                    "The demonstrations to look at again: accepted paths solid and blue, rejected "
+                    "ones dashed and orange. A label that contradicts the rest may be the right "
+                    "one.",
+                    "Scenes with the doubtful paths drawn over them.",
+                )
+            )
     else:
         count = len(run.audit["demonstrations"])
         words = f"None of the {count} demonstrations looked at contradicts what the others follow."
