@@ -16,6 +16,7 @@ from demospec.cli._common import (
     print_table,
     progress_bar,
     save_json,
+    say,
 )
 
 
@@ -67,3 +68,5 @@ def repair(
         ]
         header = ("demonstration", "scene", "moved, px", "steps", "p(valid)", "rule accepts")
         print_table("", header, rows, answer.summary())
+    else:
+        say(answer.summary())
