@@ -191,6 +191,26 @@ def test_faults_are_named():
         replace(job.settings, precision="float8")
 
 
+@pytest.mark.parametrize("precision", ["float32", "bfloat16"])
+def test_nothing_of_a_step_stays_behind_on_the_cpu(precision):
+    # The meta device computes shapes only, and refuses to meet a tensor of another device: what
+    # a GPU would refuse too.
+    from demospec.specification import _stacked_steps as steps
+
+    where = torch.device("meta")
+    members = [steps.Member(j.data, *j.settings.weights, j.seed) for j in some_jobs(3)]
+    members.sort(key=lambda m: m.alpha == 0)
+    weights, noise = steps._first_weights(members, 3, where)
+    batch = steps._Batch(members, steps._picture_sets(members), where)
+    optimiser = torch.optim.Adam(list(weights.values()), foreach=True)
+    for step in range(2):
+        optimiser.zero_grad()
+        batch.loss(weights, noise.at(step), "cpu", precision).backward()
+        optimiser.step()
+    assert all(value.grad.device == where for value in weights.values())
+    assert batch.layout == torch.contiguous_format
+
+
 @pytest.mark.skipif(not torch.cuda.is_available(), reason="needs a CUDA device")
 def test_a_stack_on_a_gpu_learns_what_a_plain_loop_on_the_cpu_learns(jobs_and_plain_fits):
     jobs, plain = jobs_and_plain_fits
