@@ -48,9 +48,9 @@ def fit(
 ) -> None:
     """Fit a specification model to the labelled demonstrations of a set's training scenes.
 
-    Settings of field: fine_tune, use_lists. Settings of paper: device, precision (float32,
+    Settings of field: fine_tune, use_lists, device. Settings of paper: device, precision (float32,
     bfloat16), ablation (full, autoencoder, classifier), alpha, beta, gamma, steps, learning_rate,
-    order. Settings of irl: l2, grid. It runs on the CPU only.
+    order. Settings of irl: l2, grid. A device (cpu, cuda) is where it trains; irl needs none.
     """
     from demospec.cli._common import say
     from demospec.demonstrations import read_set

@@ -45,6 +45,7 @@ from demospec.specification._model_folder import (
     read_model_folder,
     write_model_folder,
 )
+from demospec.specification._stacked import check_device
 
 if TYPE_CHECKING:
     from demospec.perception import Body
@@ -58,10 +59,12 @@ class FieldSettings:
         fine_tune: Tune the body on the training scenes' polygons, mixed with pretraining
             scenes (up to 90 s); else the shipped body is used as it is.
         use_lists: Where a scene lists its objects, believe the list instead of the picture.
+        device: Where torch tunes the body: ``cpu``, ``cuda``, … Models look on the CPU.
     """
 
     fine_tune: bool = False
     use_lists: bool = True
+    device: str = "cpu"
 
 
 class FieldModel:
@@ -128,6 +131,8 @@ class FieldModel:
             MissingExtraError: torch is absent.
         """
         settings = _settings(settings, named)
+        if settings.device != "cpu":
+            check_device(settings.device)
         provenance = provenance_of(data, seed=seed, libraries=("torch", "scipy"))
         scenes = list(data.scenes)
         pictured = [s for s in scenes if s.picture is not None]
@@ -146,7 +151,9 @@ class FieldModel:
             from demospec.specification._field_tune import tuned_body
 
             assert body is not None
-            body = tuned_body(body, pictured, scale, seed=seed, progress=progress)
+            body = tuned_body(
+                body, pictured, scale, seed=seed, device=settings.device, progress=progress
+            )
         looked = look_at_all(pictured, body, scale, progress) if pictured else []
         head = fit_head(looked, body, scale, seed) if listed else None
         del plain
@@ -228,7 +235,8 @@ class FieldModel:
         file = None if stored.path is None else stored.path / "config.json"
         s = stored.settings
         try:
-            settings = FieldSettings(**{f.name: s[f.name] for f in fields(FieldSettings)})
+            known = {"device": "cpu", **s}  # earlier models do not name one
+            settings = FieldSettings(**{f.name: known[f.name] for f in fields(FieldSettings)})
             rules = {
                 t: FieldRule.from_json(s["rules"][t], field=f"settings.rules.{t}")
                 for t in stored.types
@@ -281,7 +289,10 @@ def _settings(settings: FieldSettings | None, named: dict[str, Any]) -> FieldSet
     for name, value in named.items():
         if name not in known:
             raise InputError(f"a setting ({', '.join(known)})", name, field="settings")
-        if not isinstance(value, bool):
+        if name == "device":
+            if not isinstance(value, str):
+                raise InputError("the name of a device", value, field=name)
+        elif not isinstance(value, bool):
             raise InputError("true or false", value, field=name)
     if settings is not None and named:
         raise InputError("settings, or their fields by name", "both", field="settings")

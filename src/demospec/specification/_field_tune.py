@@ -54,6 +54,7 @@ def tuned_body(
     scale: float | None,
     *,
     seed: int,
+    device: str = "cpu",
     progress: Progress = silent,
     settings: TuneSettings | None = None,
 ) -> Body:
@@ -63,7 +64,8 @@ def tuned_body(
         body: Ready for inference; it is not changed.
         scenes: With pictures; those that list nothing are left out.
         scale: Map pixels per picture pixel, as the model will look.
-        seed: Order, turns, colours, generated pictures.
+        seed: Order, turns, colours, generated pictures; all are drawn on the CPU.
+        device: Where torch tunes; the tuned body is back on the CPU.
 
     Returns:
         The same answers to the same input, moved towards the outlines; ready for inference.
@@ -79,7 +81,7 @@ def tuned_body(
     pictures, distances = _training_pictures(shown, scale)
     extra_x, extra_y = _generated(settings.generated, seed, progress)
     generator = torch.Generator().manual_seed(seed)
-    out = copy.deepcopy(body).train().requires_grad_(True)
+    out = copy.deepcopy(body).to(device).train().requires_grad_(True)
     average = {k: v.clone() for k, v in out.state_dict().items()}
     optimizer = torch.optim.AdamW(out.parameters(), lr=settings.lr, weight_decay=1e-3)
     schedule = torch.optim.lr_scheduler.OneCycleLR(
@@ -91,12 +93,12 @@ def tuned_body(
         turn = int(rng.integers(8))
         chosen = torch.from_numpy(rng.integers(len(extra_x), size=settings.batch))
         x = recolour(turned(extra_x[chosen], turn).float() / 255.0, generator)
-        answers, _, _ = out(x.contiguous(memory_format=last))
-        loss, _ = answers_loss(answers, turned(extra_y[chosen], turn).float())
+        answers, _, _ = out(x.to(device).contiguous(memory_format=last))
+        loss, _ = answers_loss(answers, turned(extra_y[chosen], turn).float().to(device))
         rows = rng.choice(len(pictures), size=min(settings.batch, len(pictures)), replace=False)
         x, y = _batch(pictures, distances, rows, int(rng.integers(8)), rng)
-        answers, _, _ = out(recolour(x, generator).contiguous(memory_format=last))
-        loss = loss + settings.scenes * _distance_loss(answers[:, 0], y)
+        answers, _, _ = out(recolour(x, generator).to(device).contiguous(memory_format=last))
+        loss = loss + settings.scenes * _distance_loss(answers[:, 0], y.to(device))
         optimizer.zero_grad(set_to_none=True)
         loss.backward()  # type: ignore[no-untyped-call]
         torch.nn.utils.clip_grad_norm_(out.parameters(), 2.0)
@@ -107,7 +109,7 @@ def tuned_body(
             average[key].lerp_(value, 1 - share)
         progress("tuning the body", step + 1, settings.steps)
     out.load_state_dict(average)
-    return out.eval().requires_grad_(False)
+    return out.cpu().eval().requires_grad_(False)
 
 
 def _distance_loss(seen: Tensor, exact: Tensor) -> Tensor:
