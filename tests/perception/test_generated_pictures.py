@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 from demospec.perception import _shapes as shapes
 from demospec.perception import make_picture
 from demospec.perception._backgrounds import NoiseBank
-from demospec.perception._things import CLEAR_SHARE, KINDS, make_thing
+from demospec.perception._things import CLEAR_SHARE, KINDS, kind_shares, make_thing
 
 FINE = 12
 
@@ -99,7 +99,7 @@ def test_more_glass_where_more_glass_is_asked_for() -> None:
 
     def share(asked: float) -> float:
         rng = np.random.default_rng(0)
-        kinds = [make_thing(rng, x - 8, y - 8, asked).kind for _ in range(300)]
+        kinds = [make_thing(rng, x - 8, y - 8, kind_shares(asked)).kind for _ in range(300)]
         return float(np.mean([KINDS[k] == "clear" for k in kinds]))
 
     assert abs(share(CLEAR_SHARE) - CLEAR_SHARE) < 0.08

@@ -74,19 +74,21 @@ def test_going_on_keeps_the_first_recipe(first: Path, tmp_path: Path) -> None:
     assert recipe["began_from"]["settings"]["seed"] == 3
     assert recipe["steps_done"] == 2
     before, after = weights(first), weights(out)
-    gap = [np.abs(before[k] - after[k]).max() for k in before if not k.startswith("judge_")]
+    trained = [k for k in before if not k.startswith(("judge_", "joiner_"))]
+    gap = [np.abs(before[k] - after[k]).max() for k in trained]
     assert 0 < max(gap) < 0.01  # gone on from there, not begun anew
     with pytest.raises(InputError, match="init"):
         pretrain(tmp_path / "x.safetensors", tiny(init=str(first), body=BodySize(16, 8, 8, 4)))
 
 
-def test_no_steps_from_given_weights_fit_the_judge_alone(first: Path, tmp_path: Path) -> None:
+def test_no_steps_from_given_weights_fit_joiner_and_judge_alone(
+    first: Path, tmp_path: Path
+) -> None:
     out = tmp_path / "judged.safetensors"
     pretrain(out, tiny(init=str(first), steps=0, seed=8))
     before, after = weights(first), weights(out)
-    assert {k for k in before if (before[k] != after[k]).any()} <= {
-        "judge_center", "judge_scale", "judge_weight", "judge_bias",
-    }  # fmt: skip
+    changed = {k for k in before if (before[k] != after[k]).any()}
+    assert {k.split("_")[0] for k in changed} <= {"judge", "joiner"}
 
 
 def test_ctrl_c_leaves_whole_weights(tmp_path: Path) -> None:
@@ -106,7 +108,7 @@ def test_ctrl_c_leaves_whole_weights(tmp_path: Path) -> None:
     ("field", "value"),
     [("steps", 0), ("batch", 0), ("workers", -1), ("lr", 0.0), ("lr", float("nan")),
      ("reuse", 0.0), ("clear_share", 1.0), ("rendered", 1.5), ("judge_pictures", 0),
-     ("size_px", 8), ("average", 1.5)],
+     ("joiner_pictures", 0), ("size_px", 8), ("average", 1.5)],
 )  # fmt: skip
 def test_bad_settings_are_refused(field: str, value: float) -> None:
     with pytest.raises(InputError, match=field):

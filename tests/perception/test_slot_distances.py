@@ -2,8 +2,12 @@
 
 import numpy as np
 
+from demospec.perception._fragments import PAIR_FEATURES, Joiner
 from demospec.perception._judge import SlotJudge
 from demospec.perception._slots import find_slots
+
+NONE = np.zeros(PAIR_FEATURES)
+NEVER = Joiner(NONE, NONE + 1, NONE, -9.0)
 
 
 def test_distance_to_one_thing_is_right_over_another():
@@ -17,7 +21,7 @@ def test_distance_to_one_thing_is_right_over_another():
     looks, words = 7 + 4 + 7 + 9 + 3 * 4, 8
     one, none = np.ones(looks, np.float32), np.zeros((words, looks), np.float32)
     neutral = SlotJudge(none[0], one, none, none[:, 0])
-    slots = find_slots(answers, features, context, planes, (100, 100), neutral)
+    slots = find_slots(answers, features, context, planes, (100, 100), neutral, NEVER)
     assert len(slots) == 2
     for slot, exact in zip(slots, (first, second), strict=True):
         assert np.abs(slot.distance - exact).max() < 0.5

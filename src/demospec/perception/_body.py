@@ -17,6 +17,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
+from demospec.perception._fragments import PAIR_FEATURES
 from demospec.perception._things import KINDS
 
 OUTPUTS = 5 + len(KINDS)
@@ -99,12 +100,17 @@ class Body(nn.Module):
         self.spread = nn.Conv2d(s.half, 4 * s.full, 3, padding=1)
         self.fine = nn.Conv2d(3, s.full, 3, padding=1)
         self.end = nn.Conv2d(s.full, OUTPUTS, 3, padding=1)
-        # The judge of slots (`_judge`) travels with the weights; the forward pass does without.
+        # The judge of slots (`_judge`) and what joins fragments (`_fragments`) travel with the
+        # weights; the forward pass does without.
         looks, words = measured_count(s), len(KINDS) + 1
         self.register_buffer("judge_center", torch.zeros(looks))
         self.register_buffer("judge_scale", torch.ones(looks))
         self.register_buffer("judge_weight", torch.zeros(words, looks))
         self.register_buffer("judge_bias", torch.zeros(words))
+        self.register_buffer("joiner_center", torch.zeros(PAIR_FEATURES))
+        self.register_buffer("joiner_scale", torch.ones(PAIR_FEATURES))
+        self.register_buffer("joiner_weight", torch.zeros(PAIR_FEATURES))
+        self.register_buffer("joiner_bias", torch.full((1,), -9.0))  # joins nothing
 
     def forward(self, picture: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         """Answers, features at half resolution, features at eighth resolution."""

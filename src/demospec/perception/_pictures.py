@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from demospec.frames import FloatArray
 from demospec.perception._backgrounds import (
     Colour,
     NoiseBank,
@@ -17,7 +18,7 @@ from demospec.perception._backgrounds import (
     uneven_light,
 )
 from demospec.perception._shapes import Field, distance_from_level
-from demospec.perception._things import CLEAR_SHARE, Thing, make_thing
+from demospec.perception._things import Thing, make_thing
 
 Planes = NDArray[np.float32]
 
@@ -332,9 +333,12 @@ def make_picture(
     rng: np.random.Generator,
     bank: NoiseBank,
     size: int = 100,
-    clear_share: float = CLEAR_SHARE,
+    kinds: FloatArray | None = None,
 ) -> tuple[NDArray[np.uint8], Planes]:
     """One picture (size, size, 3) uint8 and its answers (7, size, size), see `CHANNELS`.
+
+    Args:
+        kinds: Shares of the `KINDS` among the things; `kind_shares()` by default.
 
     Pixel (i, j) is centred at (i + ½, j + ½). Distances miss those of the dense
     outline by 0.02 px in the median, 0.25 px at the worst hundredth.
@@ -352,7 +356,7 @@ def make_picture(
     )
     base_colour = random_colour(rng)
     for number in range(count):
-        placed = _place(rng, x, y, distance, size, clear_share)
+        placed = _place(rng, x, y, distance, size, kinds)
         if placed is None:
             continue
         thing, own = placed
@@ -393,14 +397,19 @@ def make_picture(
 
 
 def _place(
-    rng: np.random.Generator, x: Field, y: Field, distance: Field, size: int, clear_share: float
+    rng: np.random.Generator,
+    x: Field,
+    y: Field,
+    distance: Field,
+    size: int,
+    kinds: FloatArray | None,
 ) -> tuple[Thing, Field] | None:
     """A thing where it keeps off the others (nearly always), and its own signed distance."""
     gap = -1.0 if rng.random() < 0.03 else rng.uniform(1.0, 4.0)
     for _ in range(4):
         margin = -3 if rng.random() < 0.15 else 8
         cx, cy = rng.uniform(margin, size - margin, 2)
-        thing = make_thing(rng, x - np.float32(cx), y - np.float32(cy), clear_share)
+        thing = make_thing(rng, x - np.float32(cx), y - np.float32(cy), kinds)
         inside = thing.level < 0
         if inside.sum() < 5:
             continue

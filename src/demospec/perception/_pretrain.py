@@ -22,6 +22,8 @@ from torch.nn import functional
 from demospec.errors import InputError
 from demospec.perception._backgrounds import NoiseBank
 from demospec.perception._body import Body, BodySize, empty_folded, folded
+from demospec.perception._fragments import PICTURES as JOINER_PICTURES
+from demospec.perception._fragments import fit_joiner
 from demospec.perception._judge import PICTURES, fit_judge
 from demospec.perception._pictures import make_picture
 from demospec.perception._rendered import render_picture
@@ -35,7 +37,7 @@ class PretrainSettings:
     """The recipe.
 
     Args:
-        steps: Optimiser steps; 0 with `init`: only the judge of slots is fitted anew.
+        steps: Optimiser steps; 0 with `init`: only joiner and judge are fitted anew.
         batch: Pictures a step.
         seed: Everything random follows from it; the result does not depend on `workers`.
         reuse: How often a generated picture is seen on average.
@@ -47,6 +49,7 @@ class PretrainSettings:
         rendered: Share of the pictures that show meshes under a lamp; the others are drawn.
         workers: Processes that paint pictures beside the training; 0 paints in between.
         judge_pictures: Pictures beside those, whose slots teach the judge of slots.
+        joiner_pictures: Further ones, whose parts teach which fragments are one thing.
         init: Weights file to go on from (its own recipe is kept inside the new one); None
             starts from random weights.
         bfloat16: Train in bfloat16 (saved weights and inference are float32/float16): several
@@ -66,6 +69,7 @@ class PretrainSettings:
     rendered: float = 0.6
     workers: int = 0
     judge_pictures: int = PICTURES
+    joiner_pictures: int = JOINER_PICTURES
     init: str | None = None
     bfloat16: bool = False
     body: BodySize = field(default_factory=BodySize)
@@ -73,7 +77,7 @@ class PretrainSettings:
     def __post_init__(self) -> None:
         if self.steps < (1 if self.init is None else 0):
             raise InputError("at least 1 (0 with init)", self.steps, field="steps")
-        for name in ("batch", "pool", "size_px", "judge_pictures"):
+        for name in ("batch", "pool", "size_px", "judge_pictures", "joiner_pictures"):
             if getattr(self, name) < 1:
                 raise InputError("at least 1", getattr(self, name), field=name)
         if self.workers < 0:
@@ -102,17 +106,23 @@ def paint(
     size_px: int,
     clear_share: float = CLEAR_SHARE,
     rendered: float = 0.6,
+    shares: tuple[float, ...] | None = None,
 ) -> Chunk:
-    """Pictures number first … first + count − 1 of a seed: (n, s, s, 3) and (n, 7, s, s)."""
+    """Pictures number first … first + count − 1 of a seed: (n, s, s, 3) and (n, 7, s, s).
+
+    Args:
+        shares: How often each of the `KINDS` is drawn, instead of `kind_shares(clear_share)`.
+    """
+    kinds = kind_shares(clear_share) if shares is None else np.array(shares)
     bank = _bank(seed)
     pictures = np.empty((count, size_px, size_px, 3), np.uint8)
     planes = np.empty((count, 7, size_px, size_px), np.float16)
     for i in range(count):
         rng = np.random.default_rng([seed, first + i])
         if rng.random() < rendered:
-            pictures[i], planes[i] = render_picture(rng, bank, size_px, kind_shares(clear_share))
+            pictures[i], planes[i] = render_picture(rng, bank, size_px, kinds)
         else:
-            pictures[i], planes[i] = make_picture(rng, bank, size_px, clear_share)
+            pictures[i], planes[i] = make_picture(rng, bank, size_px, kinds)
     return pictures, planes
 
 
@@ -181,10 +191,24 @@ def turned(planes: Tensor, turn: int) -> Tensor:
     return out.flip(-1) if turn >= 4 else out
 
 
+_THIN_PX = 1.3
+_THIN_WEIGHT = 1.5
+
+
+def beside_thin(distance: Tensor) -> Tensor:
+    """(n, h, w) signed distances, px → 1 within 3 px of parts that are nowhere deep, else 0.
+
+    A handle is a few pixels among thousands: without more weight it is seen with gaps.
+    """
+    deepest = functional.max_pool2d(-distance[:, None], 5, 1, 2)
+    thin = ((distance[:, None] < 0) & (deepest < _THIN_PX)).float()
+    return functional.max_pool2d(thin, 7, 1, 3)[:, 0]
+
+
 def answers_loss(answers: Tensor, planes: Tensor) -> tuple[Tensor, dict[str, float]]:
     """Weighted sum of what each answer misses; planes as in `CHANNELS`."""
     distance = planes[:, 0]
-    weight = 1.0 / (1.0 + distance.abs() / 3.0)
+    weight = (1.0 + _THIN_WEIGHT * beside_thin(distance)) / (1.0 + distance.abs() / 3.0)
     miss = (answers[:, 0] - distance).abs()
     far = (weight * miss).mean() / weight.mean()
     kind = planes[:, 5].long()
@@ -284,6 +308,8 @@ def pretrain(
         smooth.load_state_dict(average)
         if judged:
             smooth = folded(smooth)
+            fit_joiner(smooth, settings.seed, rendered=settings.rendered, progress=progress,
+                       pictures=settings.joiner_pictures, size_px=settings.size_px)  # fmt: skip
             fit_judge(smooth, settings.seed, rendered=settings.rendered, progress=progress,
                       pictures=settings.judge_pictures, size_px=settings.size_px)  # fmt: skip
         save_body(out, smooth, recipe)

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from demospec.perception._fragments import Fragment, Joiner
 from demospec.perception._judge import SlotJudge
 from demospec.perception._results import Float32Array, Sight
-from demospec.perception._slots import find_slots
+from demospec.perception._slots import find_slots, fragments
 from demospec.perception._weights import load_body
 from demospec.scene import Image
 
@@ -85,6 +86,26 @@ def _turned_answers(
     return [out[i] for i in range(len(turns))]
 
 
+def _averaged(
+    body: Body, planes: Float32Array, turns: tuple[int, ...]
+) -> tuple[Float32Array, Float32Array, Float32Array]:
+    """Answers averaged over the turns; features and context of the picture as it stands."""
+    others = [turn for turn in turns if turn != 0]
+    seen = _turned_answers(body, planes, (0, *others))
+    answers, features, context = seen[0]
+    total = answers.copy()
+    for turn, (more, _, _) in zip(others, seen[1:], strict=True):
+        total += turned_back(more, turn)
+    return total / np.float32(1 + len(others)), features, context
+
+
+def fragments_seen(pixels: Image, body: Body) -> tuple[list[Fragment], Float32Array]:
+    """The parts of a picture of canonical size before they are joined, and the answers."""
+    planes = to_grid(pixels, (pixels.shape[1], pixels.shape[0]))
+    answers, _, _ = _averaged(body, planes, TURNS)
+    return fragments(answers, planes), answers
+
+
 def look(
     pixels: Image,
     *,
@@ -108,13 +129,8 @@ def look(
     size = (pixels.shape[1], pixels.shape[0])
     grid = canonical_grid(size, scale)
     planes = to_grid(pixels, grid)
-    others = [turn for turn in turns if turn != 0]
-    seen = _turned_answers(body, planes, (0, *others))
-    answers, features, context = seen[0]
-    total = answers.copy()
-    for turn, (more, _, _) in zip(others, seen[1:], strict=True):
-        total += turned_back(more, turn)
-    total /= 1 + len(others)
+    total, features, context = _averaged(body, planes, turns)
     per_pixel = float(np.sqrt(size[0] / grid[0] * size[1] / grid[1]))
-    slots = find_slots(total, features, context, planes, size, SlotJudge.of(body))
+    slots = find_slots(total, features, context, planes, size, SlotJudge.of(body),
+                       Joiner.of(body))  # fmt: skip
     return Sight(size, grid, total[0] * np.float32(per_pixel), total, features, context, slots)

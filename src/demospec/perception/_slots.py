@@ -1,4 +1,4 @@
-"""Slots: connected parts of predicted distance below zero, measured one by one."""
+"""Slots: connected parts of predicted distance below zero, joined and measured one by one."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from demospec.frames import FloatArray
+from demospec.perception._fragments import Fragment, Joiner, joined
 from demospec.perception._judge import SlotJudge
 from demospec.perception._results import Float32Array, Slot
 from demospec.perception._shapes import distance_from_level
@@ -19,7 +20,7 @@ LEAST_DEPTH = 0.35
 
 _ELSEWHERE = 4.0  # map pixels; more than `distance_from_level` takes over unchanged
 
-_JOIN = 1.2  # parts whose rims come this close (map pixels) and look alike are one thing
+_WEAK_AREA, _WEAK_DEPTH = 3.0, 0.15  # enough for a fragment of a thing seen elsewhere too
 
 
 def find_slots(
@@ -29,6 +30,7 @@ def find_slots(
     planes: Float32Array,
     size_px: tuple[int, int],
     judge: SlotJudge,
+    joiner: Joiner,
 ) -> tuple[Slot, ...]:
     """The things in one picture, largest first.
 
@@ -39,18 +41,26 @@ def find_slots(
         planes: (3, h, w) the picture, [0, 1].
         size_px: (width, height) of the picture itself.
         judge: Says whether a thing is there, and what it looks like.
+        joiner: Says which parts are one thing.
     """
-    from scipy.ndimage import distance_transform_edt, label
+    from scipy.ndimage import distance_transform_edt
 
-    distance = answers[0]
-    parts, count = label(distance < 0, structure=np.ones((3, 3)))
+    given, parts = answers, fragments(answers, planes)
     keep = []
-    for number in range(1, count + 1):
-        mask = parts == number
-        if mask.sum() >= LEAST_AREA and -distance[mask].min() >= LEAST_DEPTH:
-            keep.append(mask)
+    for members, bridges in joined(parts, answers, joiner):
+        if not any(_strong(parts[i]) for i in members):
+            continue
+        mask = np.logical_or.reduce([parts[i].mask for i in members])
+        for bridge in bridges:
+            level = bridge.distance(mask.shape)
+            if answers is given:  # the caller's stay as they are
+                answers = answers.copy()
+            answers[0] = np.minimum(answers[0], level)
+            mask |= level < 0
+        keep.append(mask)
     if not keep:
         return ()
+    distance = answers[0]
     keep.sort(key=lambda mask: -int(mask.sum()))
     owner = np.zeros(distance.shape, np.int32)
     for number, mask in enumerate(keep, 1):
@@ -63,6 +73,24 @@ def find_slots(
         _measured(mask, owner == number, answers, wide, deep, planes, size_px, judge)
         for number, mask in enumerate(keep, 1)
     )
+
+
+def fragments(answers: Float32Array, planes: Float32Array) -> list[Fragment]:
+    """Connected parts of predicted distance below zero, in the order of their rows."""
+    from scipy.ndimage import find_objects, label
+
+    parts, count = label(answers[0] < 0, structure=np.ones((3, 3)))
+    sizes = np.bincount(parts.ravel(), minlength=count + 1)
+    found = []
+    for number, box in enumerate(find_objects(parts), 1):
+        inside = parts[box] == number
+        if sizes[number] >= _WEAK_AREA and -answers[0][box][inside].min() >= _WEAK_DEPTH:
+            found.append(Fragment.of(parts == number, answers, planes))
+    return found
+
+
+def _strong(part: Fragment) -> bool:
+    return len(part.rim) >= LEAST_AREA and part.depth >= LEAST_DEPTH
 
 
 def _to_full(features: Float32Array, shape: tuple[int, ...]) -> Float32Array:

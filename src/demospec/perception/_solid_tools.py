@@ -6,11 +6,15 @@ import numpy as np
 
 from demospec.frames import FloatArray
 from demospec.perception._solid_parts import Paint, rectangle
-from demospec.scene import Mesh, bar, lathe, slab
+from demospec.scene import Mesh, bar, lathe, slab, sunk
+
+_DIPPERS = 0.3  # of the bars with heads
 
 
 def bar_with_head(rng: np.random.Generator, paint: Paint) -> list[Mesh]:
     """Spoon, fork, blade, paddle, loop of wires, rod, pair of rods, and what lies between."""
+    if rng.random() < _DIPPERS:
+        return dipper(rng, paint)
     length = float(np.exp(rng.uniform(np.log(9), np.log(40))))
     thin = max(0.32, length * rng.uniform(0.012, 0.04))
     head = length * rng.uniform(0.15, 0.55)
@@ -32,6 +36,84 @@ def bar_with_head(rng: np.random.Generator, paint: Paint) -> list[Mesh]:
         parts.append(bar(np.column_stack([neck, 0 * neck]), max(0.3, 0.6 * thin), metal, z=0.2,
                          crown=0.3, gloss=0.8, across=4))  # fmt: skip
     return parts + _head(rng, -half, -half + head, thin, metal, paint)
+
+
+def dipper(rng: np.random.Generator, paint: Paint) -> list[Mesh]:
+    """A wide head on a long thin handle: ladle, scoop, strainer, turner with slots, brush.
+
+    Where handle and head differ in colour, nothing but their meeting says that they are one.
+    """
+    length = float(np.exp(rng.uniform(np.log(12), np.log(40))))
+    radius = float(np.clip(length * rng.uniform(0.06, 0.2), 1.8, 7.0))
+    thin = max(0.3, length * rng.uniform(0.01, 0.035))
+    high = radius * rng.uniform(0.2, 1.3)
+    head, gloss = paint.same(), paint.gloss
+    pick = rng.random()
+    if pick < 0.45:
+        parts = _bowl(rng, radius, high, head, paint)
+    elif pick < 0.6:  # solid: a ball, a disc, a masher
+        t = np.linspace(0.0, 1.0, 8) * np.pi / 2
+        dome = np.column_stack([radius * np.sin(t), high * np.cos(t) ** rng.uniform(0.3, 1.5)])
+        parts = [lathe(dome, head, gloss=gloss, segments=32,
+                       stretch=(1.0, float(rng.uniform(0.6, 1.0))))]  # fmt: skip
+    elif pick < 0.85:
+        parts = _slotted(rng, radius, high, head, gloss)
+    else:  # a plain plate
+        wide = radius * rng.uniform(0.4, 0.9)
+        parts = [slab(rectangle(radius, wide), 0.3 + 0.3 * high, head, bevel=0.2, gloss=gloss)]
+    t = np.linspace(0.0, 1.0, 12)
+    # From inside the rim outwards, level with it or rising.
+    x = radius * rng.uniform(0.75, 1.0) + length * t
+    bend = rng.normal(0, 0.05) * length * t**2 if rng.random() < 0.3 else 0.0 * t
+    w = thin * (1 + rng.uniform(0, 0.8) * t)
+    rise = high * rng.uniform(0.4, 1.0) + rng.uniform(0, 0.15) * length * t
+    crown = np.minimum(w, rng.uniform(0.2, 1.0))
+    line = np.column_stack([x, bend])
+    parts.append(bar(line, w, paint.other(0.6), z=rise, crown=crown, gloss=gloss, across=6))
+    return parts
+
+
+def _bowl(
+    rng: np.random.Generator, radius: float, high: float, colour: FloatArray, paint: Paint
+) -> list[Mesh]:
+    t = np.linspace(0.0, 1.0, 9)
+    foot, wall = rng.uniform(0.0, 0.8), min(radius * rng.uniform(0.05, 0.2), 0.8)
+    wide = radius * (foot + (1 - foot) * np.sin(t * np.pi / 2) ** rng.uniform(0.6, 1.5))
+    z = high * t ** rng.uniform(1.0, 2.5)
+    form = {"stretch": (1.0, float(rng.uniform(0.7, 1.0))), "gloss": paint.gloss, "segments": 32}
+    inner = np.maximum(wide - wall, 0.0)
+    hollow = np.column_stack([[0.0, *inner], np.maximum([z[0], *z], 0.1)])
+    lined = lathe(hollow, paint.other(0.2), **form)  # type: ignore[arg-type]
+    if rng.random() < 0.7:
+        lined = sunk(lined, float(rng.uniform(0.3, 1.0)))
+    rim = [(inner[-1], high), (wide[-1] - wall / 2, high + 0.2 * wall), (wide[-1], high)]
+    return [
+        lathe(np.column_stack([wide, z]), colour, **form),  # type: ignore[arg-type]
+        lined,
+        lathe(rim, colour, **form),  # type: ignore[arg-type]
+    ]
+
+
+def _slotted(
+    rng: np.random.Generator, radius: float, high: float, colour: FloatArray, gloss: float
+) -> list[Mesh]:
+    """Parallel ribs between two cross pieces: one sees the table between them."""
+    wide = radius * rng.uniform(0.45, 0.95)
+    z = 0.3 + 0.3 * high
+    count = int(rng.integers(3, 7))
+    fine = wide / count * rng.uniform(0.4, 0.9)
+    lines = [
+        (np.linspace(-radius, radius, 4), np.full(4, y), fine)
+        for y in np.linspace(-wide, wide, count)
+    ]
+    lines += [
+        (np.full(4, x), np.linspace(-wide, wide, 4), radius * rng.uniform(0.1, 0.3))
+        for x in (-0.85 * radius, 0.85 * radius)
+    ]
+    return [
+        bar(np.column_stack([x, y]), w, colour, z=z, crown=0.15, gloss=gloss, across=3)
+        for x, y, w in lines
+    ]
 
 
 def _head(

@@ -152,6 +152,8 @@ def _oblique(rng: np.random.Generator, x: Field, y: Field, kind: int) -> Thing:
 
 def _long(rng: np.random.Generator, x: Field, y: Field) -> Thing:
     """A bar with a head: knife, spoon, fork, brush, pen, slice, loop of wires, tongs."""
+    if rng.random() < _DIPPERS:
+        return _dipper(rng, x, y)
     length = rng.uniform(10, 30) if rng.random() < 0.65 else rng.uniform(10, 48)
     width = rng.uniform(0.45, 2.0) * (0.6 + length / 50)
     half = length / 2
@@ -211,6 +213,23 @@ def _long(rng: np.random.Generator, x: Field, y: Field) -> Thing:
         level = _union(*legs)
     handle = np.maximum(level, x + cut) if rng.random() < 0.6 else None
     return Thing(3, np.asarray(level), None, handle, half, holes=holes)
+
+
+_DIPPERS = 0.25  # of the long things
+
+
+def _dipper(rng: np.random.Generator, x: Field, y: Field) -> Thing:
+    """A hollow or solid round head on a long thin handle, mostly of another colour."""
+    length = rng.uniform(12, 40)
+    radius = float(np.clip(length * rng.uniform(0.07, 0.22), 1.8, 7.0))
+    width = rng.uniform(0.35, 0.9) * (0.6 + length / 50)
+    half = (length + radius) / 2
+    head = _plan(rng, x - half + radius, y, radius, 0.7)
+    ends = width * rng.uniform(0.7, 1.3), width * rng.uniform(0.7, 1.1)
+    bar = shapes.capsule(x, y, -half, 0, half - 1.6 * radius, 0, *ends)
+    floor = head + radius * rng.uniform(0.1, 0.5) if rng.random() < 0.65 else None
+    handle = np.maximum(bar, -head) if rng.random() < 0.8 else None
+    return Thing(3, _union(bar, head), floor, handle, half)
 
 
 def _tines(
@@ -336,7 +355,7 @@ def _round(rng: np.random.Generator, x: Field, y: Field) -> Thing:
 CLEAR_SHARE = 0.17
 """How many things are see-through vessels unless another share is asked for."""
 
-_SHARES = np.array([0.17, 0.2, CLEAR_SHARE, 0.2, 0.1, 0.08, 0.08])
+_SHARES = np.array([0.15, 0.2, CLEAR_SHARE, 0.25, 0.08, 0.075, 0.075])
 
 
 def kind_shares(clear_share: float = CLEAR_SHARE) -> FloatArray:
@@ -349,10 +368,14 @@ def kind_shares(clear_share: float = CLEAR_SHARE) -> FloatArray:
 
 
 def make_thing(
-    rng: np.random.Generator, x: Field, y: Field, clear_share: float = CLEAR_SHARE
+    rng: np.random.Generator, x: Field, y: Field, shares: FloatArray | None = None
 ) -> Thing:
-    """A random thing about the origin of (x, y), turned at random."""
-    shares = kind_shares(clear_share)
+    """A random thing about the origin of (x, y), turned at random.
+
+    Args:
+        shares: How often each of the `KINDS` is drawn; `kind_shares()` by default.
+    """
+    shares = kind_shares() if shares is None else shares
     angle = rng.uniform(0, 2 * np.pi)
     c, s = np.float32(np.cos(angle)), np.float32(np.sin(angle))
     u, v = x * c + y * s, y * c - x * s

@@ -80,8 +80,10 @@ def body_from(state: dict[str, Any], size: dict[str, Any], *, file: Path | None 
 
     try:
         body = empty_folded(size_from(size))
-        # Weights of before there was a judge: it then knows nothing.
-        neutral = {k: v for k, v in body.state_dict().items() if k.startswith("judge_")}
+        # Weights of before there was a judge or a joiner: these then know nothing.
+        neutral = {
+            k: v for k, v in body.state_dict().items() if k.startswith(("judge_", "joiner_"))
+        }
         body.load_state_dict({**neutral, **state})
     except (RuntimeError, KeyError, TypeError, ValueError) as error:
         raise InputError("weights of a body", str(error), file=file) from None
