@@ -23,6 +23,10 @@ if TYPE_CHECKING:
     from demospec.perception._overlay import overlay_picture
     from demospec.perception._pictures import make_picture
     from demospec.perception._pretrain import PretrainSettings, pretrain
+    from demospec.perception._scene_code import CodeLength, SceneCode, SlotCode
+    from demospec.perception._scene_code_draw import draw_scene_code
+    from demospec.perception._scene_code_read import read_scene_code
+    from demospec.perception._scene_code_sample import SceneSampler
     from demospec.perception._sight import canonical_grid, look
     from demospec.perception._weights import SHIPPED, load_body, recipe_of
 
@@ -31,14 +35,19 @@ __all__ = [
     "SHIPPED",
     "Body",
     "BodySize",
+    "CodeLength",
     "DetectedObject",
     "PretrainSettings",
+    "SceneCode",
+    "SceneSampler",
     "Sight",
     "Slot",
+    "SlotCode",
     "SymbolHead",
     "canonical_grid",
     "detect_in_set",
     "detect_objects",
+    "draw_scene_code",
     "fit_symbol_head",
     "load_body",
     "look",
@@ -46,10 +55,17 @@ __all__ = [
     "overlay_picture",
     "pretrain",
     "read_map",
+    "read_scene_code",
     "recipe_of",
 ]
 
 _HOME = {
+    "CodeLength": "_scene_code",
+    "SceneCode": "_scene_code",
+    "SceneSampler": "_scene_code_sample",
+    "SlotCode": "_scene_code",
+    "draw_scene_code": "_scene_code_draw",
+    "read_scene_code": "_scene_code_read",
     "SHIPPED": "_weights",
     "Body": "_body",
     "BodySize": "_body",
