@@ -20,9 +20,9 @@ from demospec.demonstrations import (
     bezier_points,
 )
 from demospec.errors import InputError
-from demospec.rules import RuleSet, learn_rules, nearest_approach
+from demospec.rules import RuleSet, learn_rules, nearest_approach, passes, rules_document
 from demospec.scene import Capsule, Disc, Picture, Polygon, Scene, SceneObject
-from demospec.studio._near import NearMemory
+from demospec.studio._near import NearMemory, PassMemory
 from demospec.studio._rings import contour_at, rings_svg
 from demospec.studio._teach_state import TeachState
 from demospec.studio._understood import (
@@ -177,6 +177,23 @@ def test_remembered_distances_are_the_distances() -> None:
             for symbols in (("glass", "plate"), ("plate",)):
                 found = memory(scene, some, symbols)
                 assert np.array_equal(found, nearest_approach(scene, some, symbols))
+
+
+def test_remembered_passes_are_the_passes_and_teach_the_same_rules() -> None:
+    data = judged([20, 60, 0, 80, 35, 48], 7.0)
+    paths, memory = data.demonstrations.paths_xy(), PassMemory()
+    for some in (paths[:2], paths, paths[::-1], [paths[0], paths[0]]):
+        for scene in (SCENE, replace(SCENE, objects=(PLATE,)), replace(SCENE, objects=())):
+            found = memory(scene, some, ("glass", "plate"), unit=0.5)
+            exact = passes(scene, some, ("glass", "plate"), unit=0.5)
+            for name in ("demo", "thing", "column", "gap", "away", "slope", "table"):
+                assert np.array_equal(getattr(found, name), getattr(exact, name)), name
+    plain = learn_rules(data, split=None, influence=False)
+    for _ in range(2):  # the second time nothing is measured
+        again = learn_rules(
+            data, split=None, influence=False, measure=NearMemory(), passing=PassMemory()
+        )
+        assert rules_document(again) == rules_document(plain)
 
 
 @pytest.mark.parametrize(

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from demospec.rules._answer import InfluenceAnswer, describe_influence
     from demospec.rules._answer_problem import ProblemAnswer, answer_problem
     from demospec.rules._clearance import ClearanceFit, fit_clearance
+    from demospec.rules._clearance_passes import Passes, passes
     from demospec.rules._conflict import minimal_conflict
     from demospec.rules._documents import read_rules, rules_document, rules_from_document
     from demospec.rules._enough import enough_problem, enough_set, enough_words
@@ -79,6 +80,8 @@ __all__ = [
     "RuleView",
     "TypeRules",
     "fit_clearance",
+    "Passes",
+    "passes",
     "learn_rules",
     "nearest_approach",
     "read_rules",
@@ -120,6 +123,8 @@ _HOME = {
     "RuleObject": "_problem",
     "RuleScene": "_problem",
     "RuleProblem": "_problem",
+    "Passes": "_clearance_passes",
+    "passes": "_clearance_passes",
     "ClearanceFit": "_clearance",
     "fit_clearance": "_clearance",
     "learn_rules": "_learn",

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,6 +69,36 @@ class Passes:
             self.away[chosen],
             self.slope[chosen],
             self.table[keep],
+        )
+
+    def one_by_one(self) -> list[Passes]:
+        """Every demonstration's alone; what `stacked` undoes."""
+        ends = np.searchsorted(self.demo, np.arange(len(self.table) + 1))
+        return [
+            Passes(
+                np.zeros(high - low, dtype=np.int64),
+                self.thing[low:high],
+                self.column[low:high],
+                self.gap[low:high],
+                self.away[low:high],
+                self.slope[low:high],
+                self.table[i : i + 1],
+            )
+            for i, (low, high) in enumerate(pairwise(ends.tolist()))
+        ]
+
+    @classmethod
+    def stacked(cls, parts: Sequence[Passes]) -> Passes:
+        """Demonstrations past the same objects, one part each or more, in that order."""
+        starts = np.cumsum([0, *(len(p.table) for p in parts)])
+        return cls(
+            np.concatenate([p.demo + at for p, at in zip(parts, starts[:-1], strict=True)]),
+            np.concatenate([p.thing for p in parts]),
+            np.concatenate([p.column for p in parts]),
+            np.concatenate([p.gap for p in parts]),
+            np.concatenate([p.away for p in parts]),
+            np.concatenate([p.slope for p in parts]),
+            np.concatenate([p.table for p in parts]),
         )
 
     @classmethod

@@ -29,6 +29,9 @@ F_MAX = 60
 Measure = Callable[..., FloatArray]
 """Called as `nearest_approach` is."""
 
+Passing = Callable[..., Passes]
+"""Called as `passes` is."""
+
 
 @dataclass(frozen=True)
 class Approaches:
@@ -140,6 +143,7 @@ def learn_rules(
     influence: bool = True,
     settings: Mapping[str, Any] | None = None,
     measure: Measure = nearest_approach,
+    passing: Passing = passes,
     progress: Progress = silent,
 ) -> RuleSet:
     """What every user type of a set keeps away from, and how far.
@@ -156,6 +160,7 @@ def learn_rules(
             ``evidence``, where it does not apply.
         settings: Of the influence problem: ``F_max``, ``reading``, ``preset``, ….
         measure: See `approaches`.
+        passing: In place of `passes`, likewise.
 
     Raises:
         CannotJudgeError: No scene lists its objects.
@@ -172,7 +177,7 @@ def learn_rules(
         if name not in present and present != [ANYONE]:
             notes.append(f"no demonstration to learn from for type {name}")
     of_type = {name: seen.type == name for name in present}
-    every = cache(partial(passes_of, data, seen.rows, distance, unit))
+    every = cache(partial(passes_of, data, seen.rows, distance, unit, passing))
     people = {
         name: Shown(seen.nearest[mine], seen.valid[mine], partial(_of_person, every, mine))
         for name, mine in of_type.items()
@@ -186,7 +191,11 @@ def learn_rules(
 
 
 def passes_of(
-    data: DemonstrationSet, rows: NDArray[np.int64], distance: Distance, unit: float
+    data: DemonstrationSet,
+    rows: NDArray[np.int64],
+    distance: Distance,
+    unit: float,
+    passing: Passing = passes,
 ) -> Passes:
     """Which objects some demonstrations (rows, ascending) lead past; their scenes list theirs."""
     scenes = data.demonstrations.scene_id[rows]
@@ -195,7 +204,7 @@ def passes_of(
         mine = np.flatnonzero(scenes == scene_id)
         paths = data.demonstrations.paths_xy(rows[mine])
         scene = data.scene(scene_id)
-        found = passes(scene, paths, data.symbols, distance=distance, unit=unit)
+        found = passing(scene, paths, data.symbols, distance=distance, unit=unit)
         parts.append((mine, found))
     return Passes.joined(parts)
 

@@ -99,11 +99,11 @@ class RulesSoFar:
 
 def _learned(data: DemonstrationSet | None) -> RuleSet | None:
     from demospec.rules import learn_rules
-    from demospec.studio._near import near
+    from demospec.studio._near import near, passing
 
     if data is None:
         return None
     try:
-        return learn_rules(data, split=None, influence=False, measure=near)
+        return learn_rules(data, split=None, influence=False, measure=near, passing=passing)
     except InputError:  # no label yet, or no scene that lists its objects
         return None

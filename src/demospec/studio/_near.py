@@ -1,49 +1,91 @@
-"""Distances from paths to objects, remembered: a new stroke is measured alone."""
+"""What paths do past objects, remembered: a new stroke is measured alone."""
 
 from __future__ import annotations
 
 import hashlib
 import threading
 from collections import OrderedDict
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Callable, Hashable, Sequence
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 
 from demospec.frames import FloatArray
-from demospec.rules import nearest_approach
+from demospec.rules import Passes, nearest_approach, passes
 from demospec.scene import Scene
 
-_KEPT = 50_000  # paths: some 10 MB
+_KEPT = 50_000  # paths: some 10 MB of distances
+
+Row = TypeVar("Row")
 
 
-class NearMemory:
-    """Called as `nearest_approach`, and gives the same. For any number of threads."""
+class _Rows(Generic[Row]):
+    """The last answers about single paths past the objects of a scene. For many threads."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
         # The objects are held beside the row, so that their id stays theirs.
-        self._rows: OrderedDict[tuple[Any, ...], tuple[Any, FloatArray]] = OrderedDict()
+        self._rows: OrderedDict[Hashable, tuple[Any, Row]] = OrderedDict()
+
+    def of(
+        self,
+        scene: Scene,
+        paths: Any,
+        about: tuple[Hashable, ...],
+        answer: Callable[[list[Any]], Sequence[Row]],
+    ) -> list[Row]:
+        """A row a path; `answer` gives those of the paths that were never asked about."""
+        keys = [(id(scene.objects), *about, path_digest(path)) for path in paths]
+        with self._lock:
+            known = {k: self._rows[k][1] for k in keys if k in self._rows}
+        new = {k: i for i, k in enumerate(keys) if k not in known}
+        if new:
+            found = dict(zip(new, answer([paths[i] for i in new.values()]), strict=True))
+            known |= found
+            with self._lock:
+                for key, row in found.items():
+                    self._rows[key] = (scene.objects, row)
+                while len(self._rows) > _KEPT:
+                    self._rows.popitem(last=False)
+        return [known[k] for k in keys]
+
+
+class NearMemory:
+    """Called as `nearest_approach`, and gives the same."""
+
+    def __init__(self) -> None:
+        self._rows = _Rows[FloatArray]()
 
     def __call__(
         self, scene: Scene, paths: Any, symbols: Sequence[str], *, distance: Any = "footprint"
     ) -> FloatArray:
-        about = (id(scene.objects), tuple(symbols), distance)
-        keys = [(*about, path_digest(path)) for path in paths]
-        with self._lock:
-            known = {i: self._rows[k][1] for i, k in enumerate(keys) if k in self._rows}
-        new = [i for i in range(len(keys)) if i not in known]
-        out = np.empty((len(keys), len(symbols)))
-        if new:
-            out[new] = nearest_approach(scene, [paths[i] for i in new], symbols, distance=distance)
-        for i, row in known.items():
-            out[i] = row
-        with self._lock:
-            for i in new:
-                self._rows[keys[i]] = (scene.objects, out[i].copy())
-            while len(self._rows) > _KEPT:
-                self._rows.popitem(last=False)
-        return out
+        def answer(new: list[Any]) -> Sequence[FloatArray]:
+            return list(nearest_approach(scene, new, symbols, distance=distance).copy())
+
+        rows = self._rows.of(scene, paths, (tuple(symbols), distance), answer)
+        return np.array(rows).reshape(len(rows), len(symbols))
+
+
+class PassMemory:
+    """Called as `passes`, and gives the same."""
+
+    def __init__(self) -> None:
+        self._rows = _Rows[Passes]()
+
+    def __call__(
+        self,
+        scene: Scene,
+        paths: Any,
+        symbols: Sequence[str],
+        *,
+        distance: Any = "footprint",
+        unit: float = 1.0,
+    ) -> Passes:
+        def answer(new: list[Any]) -> Sequence[Passes]:
+            return passes(scene, new, symbols, distance=distance, unit=unit).one_by_one()
+
+        rows = self._rows.of(scene, paths, (tuple(symbols), distance, unit), answer)
+        return Passes.stacked(rows)
 
 
 def path_digest(path: Any) -> bytes:
@@ -53,4 +95,7 @@ def path_digest(path: Any) -> bytes:
 
 
 near = NearMemory()
-"""The memory that all tabs share."""
+"""The memory of distances that all tabs share."""
+
+passing = PassMemory()
+"""The memory of passes that all tabs share."""

@@ -16,7 +16,7 @@ from demospec.demonstrations import DemonstrationSet
 from demospec.errors import CannotJudgeError, InputError
 from demospec.rules import ClearanceRule, Query, learn_rules, query_set
 from demospec.studio._near import near as measure
-from demospec.studio._near import path_digest
+from demospec.studio._near import passing, path_digest
 
 
 @dataclass(frozen=True)
@@ -139,7 +139,8 @@ def understand(
 def _learned(mine: DemonstrationSet, type: str) -> Understood:
     """All but the counts."""
     try:
-        rules = learn_rules(mine, split=None, influence=False, measure=measure).of_type(type)
+        found = learn_rules(mine, split=None, influence=False, measure=measure, passing=passing)
+        rules = found.of_type(type)
     except CannotJudgeError:
         words = "the objects in these scenes are not listed, so no distance can be measured"
         return Understood(type, 0, 0, 0, None, words)
