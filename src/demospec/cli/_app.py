@@ -20,8 +20,8 @@ from demospec.errors import DemospecError
 
 COMMANDS = (
     "demo", "simulate", "check", "audit", "convert", "edit", "detect", "pretrain", "fit", "predict",
-    "evaluate", "identify", "sample", "repair", "causes", "rules", "query", "plan", "export",
-    "execute", "studio", "reproduce", "report",
+    "evaluate", "identify", "sample", "scenes", "repair", "causes", "rules", "query", "plan",
+    "export", "execute", "studio", "reproduce", "report",
 )  # fmt: skip
 """Every command, in the order of the flow; `demospec.cli._NAME.NAME` is its function."""
 

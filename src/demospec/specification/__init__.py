@@ -19,6 +19,7 @@ from demospec.specification._predict_parts import predict_parts
 from demospec.specification._repair import Repairs, RepairSettings, repair
 from demospec.specification._repair_set import Repaired, RepairedSet, repair_set
 from demospec.specification._sample import Samples, sample_valid
+from demospec.specification._scenes import Reconstruction, reconstruct_scenes, sample_set
 from demospec.specification._stacked import StackedJob, check_device, stack_size, train_stacked
 from demospec.specification._training_data import training_data
 from demospec.specification._validity_map import ValidityMap, validity_map
@@ -41,6 +42,7 @@ __all__ = [
     "PaperSettings",
     "Prediction",
     "Predictions",
+    "Reconstruction",
     "RepairSettings",
     "Repaired",
     "RepairedSet",
@@ -64,8 +66,10 @@ __all__ = [
     "predict_batches",
     "predict_parts",
     "predict_verdicts",
+    "reconstruct_scenes",
     "repair",
     "repair_set",
+    "sample_set",
     "sample_valid",
     "stack_size",
     "train_stacked",

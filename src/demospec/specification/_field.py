@@ -10,6 +10,7 @@ at the fitted clearance.
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -18,9 +19,17 @@ import numpy as np
 
 from demospec.demonstrations import DemonstrationSet
 from demospec.errors import CannotJudgeError, InputError
-from demospec.perception import Sight, SymbolHead
+from demospec.perception import (
+    CodeLength,
+    SceneCode,
+    SceneSampler,
+    Sight,
+    SymbolHead,
+    draw_scene_code,
+    read_scene_code,
+)
 from demospec.progress import Progress, silent
-from demospec.scene import Scene
+from demospec.scene import Image, Scene
 from demospec.specification._field_fit import (
     calibrate,
     fit_head,
@@ -31,6 +40,7 @@ from demospec.specification._field_fit import (
 from demospec.specification._field_rule import FieldRule
 from demospec.specification._field_sight import (
     Calibration,
+    classes_of,
     list_shape,
     listed_parts,
     seen_parts,
@@ -198,6 +208,35 @@ class FieldModel:
         parts = seen_parts(sight, self.head, self.calibration)
         size = (float(sight.size_px[0]), float(sight.size_px[1]))
         return FieldView(self, scene, parts, size, (sight.grid[1], sight.grid[0]))
+
+    def encode(self, scene: Scene, *, length: CodeLength | None = None) -> SceneCode:
+        """The latent code of the scene's picture: a table, a lamp, and the things seen.
+
+        Raises:
+            CannotJudgeError: As `look`.
+        """
+        sight = self.look(scene)
+        names = {
+            i: max(p, key=lambda name: p[name])
+            for i, p in enumerate(classes_of(sight, self.head))
+            if p
+        }
+        return read_scene_code(sight, pixels=scene.pixels(), length=length, names=names)
+
+    def decode(self, code: SceneCode) -> Image:
+        """The picture of a code, (height, width, 3)."""
+        return draw_scene_code(code)
+
+    def reconstruct(self, scene: Scene) -> Image:
+        """The picture as far as the model saw it: what was missed is missing."""
+        return self.decode(self.encode(scene))
+
+    def sample_scenes(self, n: int, rng: np.random.Generator, like: Iterable[Scene]) -> list[Scene]:
+        """New scenes with pictures and lists of what was put in, resembling those of `like`."""
+        shown = [scene for scene in like if scene.picture is not None]
+        codes = tuple(self.encode(scene) for scene in shown)
+        sampler = SceneSampler(codes, tuple((scene.start, scene.goal) for scene in shown))
+        return [scene for scene, _ in sampler.sample(n, rng)]
 
     def save(self, folder: str | os.PathLike[str], *, replace: bool = False) -> Path:
         """Writes the model as a folder, body included, so that it never changes."""
