@@ -14,7 +14,8 @@ from demospec.cli._common import Force, Json, Seed, print_json, progress_bar, sa
 def pretrain(
     out: Annotated[Path, typer.Option("--out", help="Weights to write (.safetensors).")],
     steps: Annotated[
-        int, typer.Option(min=0, help="Optimiser steps; 0 with --init: only judge and join anew.")
+        int,
+        typer.Option(min=0, help="Optimiser steps; 0 with --init: only refit what reads slots."),
     ] = 11_000,
     batch: Annotated[int, typer.Option(min=2, help="Pictures a step.")] = 16,
     workers: Annotated[

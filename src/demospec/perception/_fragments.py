@@ -11,13 +11,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from demospec.frames import FloatArray
-from demospec.perception._logistic import fit_logistic, standard
+from demospec.perception._lessons import fitted, keep, lessons, shown_thing
+from demospec.perception._logistic import standard
 from demospec.perception._results import Float32Array
 from demospec.perception._things import KINDS
 from demospec.progress import Progress, silent
@@ -33,7 +34,6 @@ PICTURES = 1000
 """Generated pictures whose parts teach the joiner."""
 
 _LONG_RICH = (0.06, 0.12, 0.1, 0.5, 0.1, 0.06, 0.06)  # shares of `KINDS`
-_RIDGE = 3.0
 _LONG = KINDS.index("long")
 _STEP = 0.1
 PAIR_FEATURES = 19
@@ -249,41 +249,30 @@ def fit_joiner(
         seed: Of the pictures (apart from those of a training with the same seed).
         rendered: Share of rendered pictures.
     """
-    import torch
-
-    from demospec.perception._pretrain import paint
     from demospec.perception._sight import fragments_seen
 
     found: list[FloatArray] = []
     same: list[bool] = []
-    for first in range(0, pictures, 10):
-        some, planes = paint(3_000_000 + seed, first, min(10, pictures - first), size_px,
-                             rendered=rendered, shares=_LONG_RICH)  # fmt: skip
-        for picture, truth in zip(some, planes, strict=True):
-            fragments, answers = fragments_seen(picture, body)
-            owner = [_owner(truth[6][part.mask]) for part in fragments]
-            for i, j, features in pairs(fragments, answers):
-                if owner[i] >= 0 or owner[j] >= 0:
-                    found.append(features)
-                    same.append(owner[i] == owner[j])
-        progress("learning to join fragments", first + len(some), pictures)
+    for picture, truth in lessons(
+        3_000_000 + seed, pictures, size_px, rendered, shares=_LONG_RICH,
+        what="learning to join fragments", progress=progress,
+    ):  # fmt: skip
+        fragments, answers = fragments_seen(picture, body)
+        owner = [_owner(truth[6][part.mask]) for part in fragments]
+        for i, j, features in pairs(fragments, answers):
+            if owner[i] >= 0 or owner[j] >= 0:
+                found.append(features)
+                same.append(owner[i] == owner[j])
     if len(set(same)) < 2:
         return  # too few pictures to see both: nothing is joined
-    x, y = np.stack(found), np.array(same, np.int64)
-    center, scale = x.mean(axis=0), x.std(axis=0) + 1e-3
-    start = np.log(np.bincount(y, minlength=2) + 0.3)
-    weight, bias = fit_logistic(
-        standard(x, center, scale), y, np.ones(len(y)), start - start.mean(), ridge=_RIDGE
-    )
-    values: dict[str, Any] = {
-        "center": center, "scale": scale, "weight": weight[1] - weight[0],
-        "bias": np.array([bias[1] - bias[0]]),
-    }  # fmt: skip
-    for name, value in values.items():
-        getattr(body, f"joiner_{name}").copy_(torch.from_numpy(np.asarray(value, np.float32)))
+    values = fitted(np.stack(found), np.array(same, np.int64), 2)
+    # Of two classes only the difference counts.
+    for name in ("weight", "bias"):
+        values[name] = np.diff(values[name], axis=0)[0]
+    keep(body, "joiner", values)
 
 
 def _owner(number: NDArray[np.floating]) -> int:
     """The thing that most of a part shows; −1 where most of it is table."""
-    on = number[number >= 0].astype(np.int64)
-    return -1 if 2 * len(on) < len(number) else int(np.bincount(on).argmax())
+    share, thing = shown_thing(number)
+    return thing if share >= 0.5 else -1

@@ -8,13 +8,14 @@ logistic regression the generic words and *nothing*. It is part of the body's we
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from demospec.frames import FloatArray
-from demospec.perception._logistic import fit_logistic, standard
+from demospec.perception._lessons import fitted, keep, lessons, shown_thing
+from demospec.perception._logistic import standard
 from demospec.perception._results import Float32Array, Slot
 from demospec.perception._things import KINDS
 from demospec.progress import Progress, silent
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
 PICTURES = 1500
 """Generated pictures whose slots teach the judge."""
 
-_RIDGE = 3.0
 _OVERLAP = (0.2, 0.5)  # below the first: nothing is there; between the two: not used
 
 
@@ -77,15 +77,12 @@ def owner_in(planes: NDArray[np.floating], slot: Slot) -> int | None:
     mask = slot.distance < 0
     if not mask.any():
         return None
-    number = planes[6][mask]
-    share = float((number >= 0).mean())
+    share, thing = shown_thing(planes[6][mask])
     if share < _OVERLAP[0]:
         return len(KINDS)
     if share < _OVERLAP[1]:
         return None
-    on = number[number >= 0].astype(np.int64)
-    most = np.bincount(on).argmax()
-    return int(planes[5][mask][number == most][0])
+    return int(planes[5][planes[6] == thing][0])
 
 
 def fit_judge(
@@ -104,32 +101,20 @@ def fit_judge(
         seed: Of the pictures (apart from those of a training with the same seed).
         rendered: Share of rendered pictures.
     """
-    import torch
-
-    from demospec.perception._pretrain import paint
     from demospec.perception._sight import look
 
     looks: list[Float32Array] = []
     names: list[int] = []
-    for first in range(0, pictures, 10):
-        some, planes = paint(2_000_000 + seed, first, min(10, pictures - first), size_px,
-                             rendered=rendered)  # fmt: skip
-        for picture, truth in zip(some, planes, strict=True):
-            for slot in look(picture, body=body, scale=1.0).slots:
-                what = owner_in(truth, slot)
-                if what is not None:
-                    looks.append(slot.measured)
-                    names.append(what)
-        progress("learning to judge slots", first + len(some), pictures)
+    for picture, truth in lessons(
+        2_000_000 + seed, pictures, size_px, rendered,
+        what="learning to judge slots", progress=progress,
+    ):  # fmt: skip
+        for slot in look(picture, body=body, scale=1.0).slots:
+            what = owner_in(truth, slot)
+            if what is not None:
+                looks.append(slot.measured)
+                names.append(what)
     if not looks:
         return  # a body that sees nothing anywhere has nothing to judge
-    x, y = np.stack(looks).astype(np.float64), np.array(names)
-    center, scale = x.mean(axis=0), x.std(axis=0) + 1e-3
-    count = len(KINDS) + 1
-    start = np.log(np.bincount(y, minlength=count) + 0.3)
-    weight, bias = fit_logistic(
-        standard(x, center, scale), y, np.ones(len(y)), start - start.mean(), ridge=_RIDGE
-    )
-    values: dict[str, Any] = {"center": center, "scale": scale, "weight": weight, "bias": bias}
-    for name, value in values.items():
-        getattr(body, f"judge_{name}").copy_(torch.from_numpy(np.asarray(value, np.float32)))
+    x = np.stack(looks).astype(np.float64)
+    keep(body, "judge", fitted(x, np.array(names), len(KINDS) + 1))

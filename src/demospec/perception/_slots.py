@@ -45,7 +45,8 @@ def find_slots(
     """
     from scipy.ndimage import distance_transform_edt
 
-    given, parts = answers, fragments(answers, planes)
+    answers = answers.copy()  # bridges are drawn into it
+    parts = fragments(answers, planes)
     keep = []
     for members, bridges in joined(parts, answers, joiner):
         if not any(_strong(parts[i]) for i in members):
@@ -53,8 +54,6 @@ def find_slots(
         mask = np.logical_or.reduce([parts[i].mask for i in members])
         for bridge in bridges:
             level = bridge.distance(mask.shape)
-            if answers is given:  # the caller's stay as they are
-                answers = answers.copy()
             answers[0] = np.minimum(answers[0], level)
             mask |= level < 0
         keep.append(mask)

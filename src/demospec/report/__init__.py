@@ -6,7 +6,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 from demospec.report._render import render_html, write_html, write_markdown
-from demospec.report._view import Figure, Lines, Report, Section, Table, Text, share, wilson
+from demospec.report._view import Block, Figure, Lines, Report, Section, Table, Text, share, wilson
 
 if TYPE_CHECKING:
     from demospec.report._audit_picture import audit_picture
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from demospec.report._transition_picture import draw_transition
 
 __all__ = [
+    "Block",
     "Figure",
     "Lines",
     "Report",

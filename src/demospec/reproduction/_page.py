@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from demospec.files import read_json
-from demospec.report import Figure, Lines, Report, Section, Table, Text, share
+from demospec.report import Block, Report, Section, Table, Text, share
 from demospec.reproduction import _page_models as of_models
 from demospec.reproduction import _page_rules as of_rules
 from demospec.reproduction import _paper as paper
@@ -24,8 +24,6 @@ from demospec.reproduction._readings import (
 
 if TYPE_CHECKING:
     from demospec.reproduction._stages import ReproduceSettings
-
-Block = Text | Lines | Table | Figure
 
 
 def build_page(folder: Path, settings: ReproduceSettings) -> Report:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from demospec.files import read_json
-from demospec.report import Figure, Lines, Table, Text, share
+from demospec.report import Block, Figure, Lines, Table, Text, share
 from demospec.reproduction import _paper as paper
 from demospec.reproduction._readings import (
     NBSP,
@@ -20,7 +20,6 @@ from demospec.reproduction._readings import (
     repair_reading,
 )
 
-Block = Text | Lines | Table | Figure
 Curve = list[tuple[int, float, float, float]]
 
 _READINGS = (

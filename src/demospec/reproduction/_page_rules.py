@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from demospec.files import read_json
-from demospec.report import Figure, Lines, Table, Text, share
+from demospec.report import Block, Lines, Table, Text, share
 from demospec.reproduction import _paper as paper
 from demospec.reproduction._page_models import figure
 from demospec.reproduction._readings import (
@@ -20,8 +20,6 @@ from demospec.reproduction._readings import (
     transition_reading,
     types_reading,
 )
-
-Block = Text | Lines | Table | Figure
 
 
 def causes(folder: Path) -> list[Block]:

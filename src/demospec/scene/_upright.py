@@ -23,14 +23,9 @@ def upright(picture: Any) -> Any:
 
     Without it, objects marked on a phone's photograph would lie elsewhere than in the pixels.
     """
-    from PIL.Image import Transpose
+    from PIL.ImageOps import exif_transpose
 
-    way = {
-        2: Transpose.FLIP_LEFT_RIGHT, 3: Transpose.ROTATE_180, 4: Transpose.FLIP_TOP_BOTTOM,
-        5: Transpose.TRANSPOSE, 6: Transpose.ROTATE_270, 7: Transpose.TRANSVERSE,
-        8: Transpose.ROTATE_90,
-    }.get(_orientation(picture))  # fmt: skip
-    return picture if way is None else picture.transpose(way)
+    return picture if _orientation(picture) == 1 else exif_transpose(picture)
 
 
 def _orientation(picture: Any) -> int:
