@@ -10,7 +10,7 @@ import importlib
 import inspect
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Annotated, Any
 
 import typer
@@ -26,8 +26,8 @@ COMMANDS = (
 """Every command, in the order of the flow; `demospec.cli._NAME.NAME` is its function."""
 
 
-def build_app() -> typer.Typer:
-    """The Typer application with every command of `COMMANDS`."""
+def build_app(names: Sequence[str] = COMMANDS) -> typer.Typer:
+    """The Typer application with the commands `names`."""
     app = typer.Typer(
         name="demospec",
         cls=FullSentences,
@@ -39,7 +39,7 @@ def build_app() -> typer.Typer:
         rich_markup_mode=None,
         context_settings={"help_option_names": ["-h", "--help"]},
     )
-    for name in COMMANDS:
+    for name in names:
         module = importlib.import_module(f"demospec.cli._{name}")
         register = getattr(module, "register", None)
         if register is not None:  # a command with subcommands
@@ -82,8 +82,14 @@ def _with_seed(function: Callable[..., None]) -> Callable[..., None]:
 
 def main(arguments: list[str] | None = None) -> None:
     """Run the command line; the console entry point."""
+    # Before it builds a schema, pydantic reads the entry points of every installed package for
+    # plugins, of which we have none.
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
+    given = sys.argv[1:] if arguments is None else arguments
+    # One command needs no other: to describe them all to Typer takes longer than to parse.
+    names = given[:1] if given and given[0] in COMMANDS else COMMANDS
     try:
-        status = build_app()(args=arguments, standalone_mode=False)
+        status = build_app(names)(args=arguments, standalone_mode=False)
         raise SystemExit(status if isinstance(status, int) else 0)
     except SystemExit as ended:
         if ended.code == 130:  # newer versions of Typer catch Ctrl-C, and say nothing

@@ -11,7 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from demospec.demonstrations._migrate import FORMAT_VERSION, migrate_table
-from demospec.demonstrations._trajectory import MAX_COORDINATE, MAX_POINTS, Demonstrations
+from demospec.demonstrations._trajectory import (
+    MAX_COORDINATE,
+    MAX_POINTS,
+    BoolArray,
+    Demonstrations,
+)
 from demospec.errors import InputError
 from demospec.frames import FloatArray
 
@@ -89,7 +94,6 @@ def parquet_faults(file: Path) -> Iterator[None]:
 def from_arrow(table: pa.Table, *, file: Path, columns: int, first_row: int = 0) -> Demonstrations:
     """The demonstrations of an Arrow table (a whole file or one batch of it)."""
     import pyarrow as pa
-    import pyarrow.compute as pc
 
     text = pa.string()
     demo_id = _column(table, "demo_id", text, file, required=True, first_row=first_row)
@@ -101,15 +105,12 @@ def from_arrow(table: pa.Table, *, file: Path, columns: int, first_row: int = 0)
     points = _column(table, "points", nested, file, required=True, first_row=first_row)
     flat, offsets = _points(points, columns, file, first_row)
     stamps = _column(table, "t", pa.list_(pa.float64()), file, first_row=first_row)
-    known = np.asarray(to_numpy(valid.is_valid()), dtype=bool)
-    # Null and false is false (fill_null would do, but its scalar brings pandas in too).
-    truth = np.asarray(to_numpy(pc.and_kleene(valid, valid.is_valid())), dtype=np.int8)
     return Demonstrations(
         demo_id=_text(demo_id, "demo_id", file),
         scene_id=_text(scene_id, "scene_id", file),
         type=_text(type_, "type", file),
         demonstrator=_text(demonstrator, "demonstrator", file),
-        valid=np.where(known, truth, -1).astype(np.int8),
+        valid=np.where(given(valid), to_numpy(valid), -1).astype(np.int8),
         flat=flat,
         offsets=offsets,
         t=_times(stamps, offsets, file, first_row),
@@ -127,7 +128,7 @@ def _column(
 ) -> Any:
     column = column_of(table, name, kind, file, missing_refused=required)
     if required and column.null_count:
-        row = int(np.flatnonzero(to_numpy(column.is_null()))[0])
+        row = int(np.flatnonzero(~given(column))[0])
         raise InputError("a value", "null", file=file, row=first_row + row, field=name)
     return column
 
@@ -184,18 +185,39 @@ def _text(column: Any, name: str, file: Path) -> np.ndarray:
 
 
 def to_numpy(array: Any) -> NDArray[Any]:
-    """A flat Arrow array of numbers or truth values without nulls.
+    """A flat Arrow array of numbers or truth values; where one is null, any value.
 
     Arrow's own ``to_numpy`` imports pandas wherever that is installed, which takes a quarter
-    of a second; this does not.
+    of a second, and its own ``is_null`` and ``cast`` bring `pyarrow.compute`, a twentieth;
+    this and `given` read the array's memory.
     """
     import pyarrow as pa
 
+    memory = array.buffers()[1]
     if pa.types.is_boolean(array.type):
-        return to_numpy(array.cast(pa.uint8())).astype(bool)
+        return _bits(memory, array)
+    kind = np.dtype(array.type.to_pandas_dtype())
     if len(array) == 0:
-        return np.empty(0, dtype=array.type.to_pandas_dtype())
-    return np.from_dlpack(array)
+        return np.empty(0, dtype=kind)
+    return np.frombuffer(memory, kind, len(array), array.offset * kind.itemsize)
+
+
+def given(array: Any) -> BoolArray:
+    """Which entries of an Arrow array are not null."""
+    validity = array.buffers()[0]
+    if validity is None:
+        return np.ones(len(array), dtype=bool)
+    return _bits(validity, array)
+
+
+def _bits(memory: Any, array: Any) -> BoolArray:
+    if len(array) == 0:
+        return np.empty(0, dtype=bool)
+    first = array.offset // 8
+    skipped = array.offset - 8 * first
+    packed = np.frombuffer(memory, np.uint8, offset=first)
+    bits = np.unpackbits(packed, count=skipped + len(array), bitorder="little")
+    return bits[skipped:].view(bool)
 
 
 def _points(column: Any, columns: int, file: Path, first_row: int) -> tuple[FloatArray, np.ndarray]:
@@ -216,7 +238,7 @@ def _points(column: Any, columns: int, file: Path, first_row: int) -> tuple[Floa
         found = f"{lengths[row]} points"
         raise InputError(expected, found, file=file, row=first_row + row, field="points")
     if inner.null_count:
-        point = int(np.flatnonzero(to_numpy(inner.is_null()))[0])
+        point = int(np.flatnonzero(~given(inner))[0])
         raise InputError("numbers", "null", file=file, row=row_of(point), field="points")
     ends = to_numpy(inner.offsets)
     sizes = np.diff(ends)
@@ -226,7 +248,7 @@ def _points(column: Any, columns: int, file: Path, first_row: int) -> tuple[Floa
         raise InputError(expected, int(sizes[point]), file=file, row=row_of(point), field="points")
     numbers = inner.values.slice(ends[0], ends[-1] - ends[0]) if len(ends) else inner.values
     if numbers.null_count:
-        at = int(np.flatnonzero(to_numpy(numbers.is_null()))[0])
+        at = int(np.flatnonzero(~given(numbers))[0])
         raise InputError("numbers", "null", file=file, row=row_of(at // columns), field="points")
     flat = to_numpy(numbers).reshape(-1, columns)
     wrong = ~(np.abs(flat) <= MAX_COORDINATE)
@@ -243,37 +265,30 @@ def _times(column: Any, offsets: np.ndarray, file: Path, first_row: int) -> Floa
     if column.null_count == len(column):
         return None
     raw = to_numpy(column.offsets).astype(np.int64)
-    given = to_numpy(column.is_valid())
+    stamped = given(column)
     lengths, counts = np.diff(raw), np.diff(offsets)
-    wrong = given & (lengths != counts)
+    wrong = stamped & (lengths != counts)
     if wrong.any():
         i = int(np.flatnonzero(wrong)[0])
         expected = f"{counts[i]} time stamps (one a point)"
         raise InputError(expected, int(lengths[i]), file=file, row=first_row + i, field="t")
     # The stamps of the given rows lie one after the other; null rows may leave gaps.
-    lengths = np.where(given, lengths, 0)
+    lengths = np.where(stamped, lengths, 0)
     ends = np.cumsum(lengths)
     take = np.repeat(raw[:-1] - (ends - lengths), lengths) + np.arange(int(ends[-1]))
-    stamps = column.values.take(_indices(take))
-    if stamps.null_count:
-        at = int(np.flatnonzero(to_numpy(stamps.is_null()))[0])
+    known = given(column.values)[take]
+    if not known.all():
+        at = int(np.flatnonzero(~known)[0])
         row = first_row + int(np.searchsorted(ends, at, side="right"))
         raise InputError("numbers", "null", file=file, row=row, field="t")
-    numbers = np.asarray(to_numpy(stamps), dtype=np.float64)
+    numbers = to_numpy(column.values)[take]
     if not np.isfinite(numbers).all():
         at = int(np.flatnonzero(~np.isfinite(numbers))[0])
         row = first_row + int(np.searchsorted(ends, at, side="right"))
         raise InputError("finite seconds", numbers[at], file=file, row=row, field="t")
     out = np.full(int(offsets[-1]), np.nan)
-    out[np.repeat(given, counts)] = numbers
+    out[np.repeat(stamped, counts)] = numbers
     return out
-
-
-def _indices(rows: np.ndarray) -> Any:
-    import pyarrow as pa
-
-    whole = np.ascontiguousarray(rows, dtype=np.int64)
-    return pa.Array.from_buffers(pa.int64(), len(whole), [None, pa.py_buffer(whole)])
 
 
 def to_arrow(data: Demonstrations) -> pa.Table:

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from demospec.errors import CannotJudgeError, InputError
 from demospec.scene._footprints import Disc, Footprint, Polygon, rectangle
+from demospec.scene._plain_png import plain_png_size
 from demospec.scene._upright import upright, upright_size
 from demospec.scene._whole import is_truncated
 
@@ -129,6 +130,8 @@ class Picture:
             InputError: As `pixels`, as far as header and end of the file tell.
         """
         if self._size is None:
+            self._size = _plain_size(self.file)
+        if self._size is None:
             with _opened(self.file) as picture:
                 _refuse_truncated(self.file, str(picture.format))
                 self._size = upright_size(picture)
@@ -166,6 +169,19 @@ _BROKEN = (
     MemoryError, struct.error, zlib.error,
 )  # fmt: skip
 """What Pillow's decoders raise on broken files."""
+
+
+def _plain_size(file: str | os.PathLike[str] | None) -> tuple[int, int] | None:
+    """The size of a whole, plain PNG; None for what Pillow has to look at."""
+    assert file is not None
+    try:
+        size = plain_png_size(file)
+    except OSError:  # Pillow's words are those that users know
+        return None
+    if size is None or size[0] * size[1] > MAX_PICTURE_PIXELS:
+        return None
+    _refuse_truncated(file, "PNG")
+    return size
 
 
 def _opened(file: str | os.PathLike[str] | None) -> Any:
