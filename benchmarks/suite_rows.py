@@ -7,6 +7,7 @@ The `bound` of a row says what the work cannot do without: bytes, operations or 
 from __future__ import annotations
 
 import argparse
+import os
 import resource
 import subprocess
 import sys
@@ -52,15 +53,21 @@ def cpu(work: Callable[[], Any], repeats: int = 5) -> float:
     return best
 
 
-def child(arguments: list[str], repeats: int) -> float:
-    """Least CPU seconds, user and system, of a whole process."""
+def child(arguments: list[str], repeats: int, bytecode: str) -> float:
+    """Least CPU seconds, user and system, of a whole process after a first one.
+
+    The first run leaves its bytecode in the folder `bytecode`: pip compiles what it installs,
+    so that a user's process never does, whatever this checkout or its environment says.
+    """
+    kept = {**os.environ, "PYTHONPYCACHEPREFIX": bytecode}
+    kept.pop("PYTHONDONTWRITEBYTECODE", None)
     best = float("inf")
-    for _ in range(repeats):
+    for i in range(repeats + 1):
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
-        subprocess.run([sys.executable, *arguments], check=True, capture_output=True)
+        subprocess.run([sys.executable, *arguments], check=True, capture_output=True, env=kept)
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
         used = after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
-        best = min(best, used)
+        best = min(best, used) if i else best
     return best
 
 
@@ -69,8 +76,9 @@ def startup(quick: bool) -> list[Row]:
     from demospec.demonstrations import simulate_set, write_set
 
     n = 3 if quick else 7
-    nothing = child(["-c", "pass"], n)
     with tempfile.TemporaryDirectory() as folder:
+        bytecode = str(Path(folder) / "bytecode")
+        nothing = child(["-c", "pass"], n, bytecode)
         data, _ = simulate_set(train_scenes=4, test_scenes=1, demonstrations=2, seed=0)
         twenty = replace(data, demonstrations=data.demonstrations.rows(np.arange(20)))
         root = str(write_set(twenty, Path(folder) / "set"))
@@ -79,7 +87,7 @@ def startup(quick: bool) -> list[Row]:
             ("import demospec", ["-c", "import demospec"], 0.3),
             ("rules on 20 demonstrations", ["-m", "demospec", "rules", root, "--json"], 0.5),
         )
-        found = [(work, child(arguments, n), goal) for work, arguments, goal in rows]
+        found = [(work, child(args, n, bytecode), goal) for work, args, goal in rows]
     return [
         Row(f"{work}, whole process", used, "s CPU", "starting Python", goal,
             peer="python -c pass", ratio=used / nothing)
