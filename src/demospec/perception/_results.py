@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,9 +20,8 @@ class Slot:
     Lengths and places are in the picture's own pixels.
 
     Args:
+        size_px: (width, height) of the picture.
         center: Centre of area.
-        bbox: (x, y, width, height).
-        polygon: (k, 2) outline at sub-pixel places.
         area_px2: Area.
         thickness_px: Twice the largest inner distance.
         elongation: Length of the longer principal axis over the shorter, ≥ 1.
@@ -37,9 +37,8 @@ class Slot:
         touches_edge: Whether it is cut by the picture's edge.
     """
 
+    size_px: tuple[int, int]
     center: tuple[float, float]
-    bbox: tuple[float, float, float, float]
-    polygon: FloatArray
     area_px2: float
     thickness_px: float
     elongation: float
@@ -51,6 +50,30 @@ class Slot:
     judged: Float32Array
     distance: Float32Array
     touches_edge: bool
+
+    @cached_property
+    def polygon(self) -> FloatArray:
+        """(k, 2) outline at sub-pixel places: the longest zero contour of `distance`."""
+        from skimage.measure import approximate_polygon, find_contours
+
+        height, width = self.distance.shape
+        scale = np.array([self.size_px[0] / width, self.size_px[1] / height])
+        # Closed along the picture's edge; map pixels, as the tolerance of the simplification.
+        level = self.distance / np.float32(np.sqrt(scale.prod()))
+        padded = np.pad(level, 1, constant_values=1.0)
+        contours = find_contours(padded, 0.0)  # type: ignore[no-untyped-call]
+        longest = max(contours, key=len)
+        simple = approximate_polygon(longest, 0.15)  # type: ignore[no-untyped-call]
+        if len(simple) < 4:
+            simple = longest
+        points = np.clip(simple[:-1, ::-1] - 0.5, 0.0, [width, height])
+        return np.asarray(points * scale, dtype=np.float64)
+
+    @property
+    def bbox(self) -> tuple[float, float, float, float]:
+        """(x, y, width, height) of the outline."""
+        low, high = self.polygon.min(axis=0), self.polygon.max(axis=0)
+        return (float(low[0]), float(low[1]), float(high[0] - low[0]), float(high[1] - low[1]))
 
     @property
     def looks(self) -> Float32Array:

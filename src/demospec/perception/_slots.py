@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from demospec.frames import FloatArray
 from demospec.perception._fragments import Fragment, Joiner, joined
 from demospec.perception._judge import SlotJudge
 from demospec.perception._results import Float32Array, Slot
@@ -66,10 +65,8 @@ def find_slots(
         owner[mask] = number
     nearest = distance_transform_edt(owner == 0, return_distances=False, return_indices=True)
     owner = owner[nearest[0], nearest[1]]
-    wide = _to_full(features, distance.shape)
-    deep = _to_full(context, distance.shape)
     return tuple(
-        _measured(mask, owner == number, answers, wide, deep, planes, size_px, judge)
+        _measured(mask, owner == number, answers, features, context, planes, size_px, judge)
         for number, mask in enumerate(keep, 1)
     )
 
@@ -92,15 +89,15 @@ def _strong(part: Fragment) -> bool:
     return len(part.rim) >= LEAST_AREA and part.depth >= LEAST_DEPTH
 
 
-def _to_full(features: Float32Array, shape: tuple[int, ...]) -> Float32Array:
-    """Features of the padded picture, nearest, cut to the picture."""
-    height, width = shape
+def _features_in(features: Float32Array, mask: NDArray[np.bool_]) -> Float32Array:
+    """(c, h', w') features of the padded picture → (c, n) nearest to the pixels of a mask."""
+    height, width = mask.shape
     padded_h, padded_w = height + -height % 8, width + -width % 8
-    step = padded_h // features.shape[1]
     top, left = (-height % 8) // 2, (-width % 8) // 2
-    rows = (np.arange(height) + top) // step
-    columns = (np.arange(width) + left) // (padded_w // features.shape[2])
-    return features[:, rows][:, :, columns]
+    rows, columns = np.nonzero(mask)
+    rows = (rows + top) // (padded_h // features.shape[1])
+    columns = (columns + left) // (padded_w // features.shape[2])
+    return features[:, rows, columns]
 
 
 def _measured(
@@ -127,9 +124,6 @@ def _measured(
     # Over the other things the answer is *their* distance: far above what is kept as it is.
     level = np.where(cell, answers[0], np.maximum(answers[0], _ELSEWHERE)).astype(np.float32)
     own = distance_from_level(level)
-    outline = _outline(np.where(cell, answers[0], np.float32(1.0)))
-    scaled = outline * np.array([sx, sy])
-    low, high = scaled.min(axis=0), scaled.max(axis=0)
     depth = float(-answers[0][mask].min())
     inside = answers[:, mask]
     kinds = np.exp(inside[5:] - inside[5:].max(axis=0))
@@ -147,16 +141,16 @@ def _measured(
     table = planes[:, around].mean(axis=1) if around.any() else colour.mean(axis=1)
     paint = [*colour.mean(axis=1), *colour.std(axis=1), *(colour.mean(axis=1) - table)]
     named = [*inside[1:5].mean(axis=1), *np.log(kinds + 1e-3)]
+    pooled = _features_in(features, mask)
     measured = np.concatenate(
-        [shape, named, paint, features[:, mask].mean(axis=1), features[:, mask].std(axis=1),
-         context[:, mask].mean(axis=1)]
+        [shape, named, paint, pooled.mean(axis=1), pooled.std(axis=1),
+         _features_in(context, mask).mean(axis=1)]
     ).astype(np.float32)  # fmt: skip
     judged = judge.judged(measured)
     words = np.exp(judged[:-1].astype(np.float64))
     return Slot(
+        size_px=size_px,
         center=(cx * sx, cy * sy),
-        bbox=(float(low[0]), float(low[1]), float(high[0] - low[0]), float(high[1] - low[1])),
-        polygon=scaled,
         area_px2=float(total) * sx * sy,
         thickness_px=thickness * unit,
         elongation=elongation,
@@ -169,18 +163,3 @@ def _measured(
         distance=own * np.float32(unit),
         touches_edge=edge,
     )
-
-
-def _outline(level: Float32Array) -> FloatArray:
-    """The longest zero contour, (k, 2) in map pixels, closed along the picture's edge."""
-    from skimage.measure import approximate_polygon, find_contours
-
-    padded = np.pad(level, 1, constant_values=1.0)
-    contours = find_contours(padded, 0.0)  # type: ignore[no-untyped-call]
-    longest = max(contours, key=len)
-    simple = approximate_polygon(longest, 0.15)  # type: ignore[no-untyped-call]
-    if len(simple) < 4:
-        simple = longest
-    points = simple[:-1, ::-1] - 0.5
-    height, width = level.shape
-    return np.asarray(np.clip(points, 0.0, [width, height]), dtype=np.float64)
