@@ -133,8 +133,18 @@ def test_samples_are_parts_of_the_set_in_its_order(tmp_path: Path) -> None:
     assert places == sorted(places)
     assert part.demonstrations == whole.demonstrations.rows(places)
     assert sample_set(root, per_type=7, seed=1, rows=60) == part  # whatever the batches
+    assert sample_set(root, per_type=7, seed=1, rows=13, workers=2) == part  # whoever reads
     assert sample_set(root, per_type=7, seed=2) != part
     assert len(sample_set(root, per_type=1000).demonstrations) == 60
+
+
+def test_a_sample_from_behind_a_url_is_the_same(tmp_path: Path) -> None:
+    from demospec.demonstrations import sample_set
+
+    pytest.importorskip("fsspec", reason="pip install 'demospec[distributed]'")
+    root = write_small(tmp_path / "set", 60)
+    part = sample_set(root, per_type=7, seed=1)
+    assert sample_set(f"file://{root}", per_type=7, seed=1, rows=17) == part
 
 
 def test_every_demonstration_has_the_same_chance(tmp_path: Path) -> None:

@@ -28,12 +28,13 @@ if TYPE_CHECKING:
         View,
         p_valid_mean,
     )
+    from demospec.demonstrations._sample import sample_set
     from demospec.demonstrations._schema import parse
     from demospec.demonstrations._set import DemonstrationSet
     from demospec.demonstrations._simulate import random_paths, simulate_set
     from demospec.demonstrations._simulate_truth import true_clearances
     from demospec.demonstrations._store import pictures_in_memory, read_set, write_set
-    from demospec.demonstrations._stream import count_rows, iterate_batches, sample_set
+    from demospec.demonstrations._stream import count_rows, iterate_batches
     from demospec.demonstrations._trajectory import (
         MAX_COORDINATE,
         MAX_POINTS,
@@ -109,7 +110,7 @@ _HOME = {
     "read_part": "_partition",
     "read_set": "_store",
     "resample": "_bezier",
-    "sample_set": "_stream",
+    "sample_set": "_sample",
     "simulate_set": "_simulate",
     "true_clearances": "_simulate_truth",
     "write_set": "_store",

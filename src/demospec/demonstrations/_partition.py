@@ -61,7 +61,7 @@ def read_part(store: str, first: int, end: int) -> DemonstrationSet:
     """
     import pyarrow as pa
 
-    root, header, version, scenes = _header(store)
+    root, header, version, scenes = _kept_header(store)
     with _parquet(store) as parquet, parquet_faults(root / PARQUET):
         groups, offset, skipped = [], 0, 0
         for group in range(parquet.metadata.num_row_groups):
@@ -88,11 +88,14 @@ def is_url(store: str) -> bool:
     return "://" in store
 
 
-@lru_cache(maxsize=4)
-def _header(store: str) -> Any:
+def header_of(store: str) -> Any:
+    """(folder, header, version, scenes) of a set; pictures of one behind a URL are copied."""
     root = _mirror(store) if is_url(store) else set_folder(store)
     header, version = read_header(root)
     return root, header, version, read_scenes(root, version)
+
+
+_kept_header = lru_cache(maxsize=4)(header_of)  # a worker reads many parts of one set
 
 
 def _mirror(url: str) -> Path:

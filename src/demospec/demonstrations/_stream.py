@@ -23,9 +23,7 @@ from demospec.demonstrations._table import (
     parquet_faults,
     wanted_columns,
 )
-from demospec.demonstrations._trajectory import Demonstrations, joined
 from demospec.errors import InputError
-from demospec.progress import Progress, silent
 
 BATCH_ROWS = 20_000
 
@@ -95,68 +93,6 @@ def arrow_batches(root: Any, version: int, *, rows: int) -> Iterator[Any]:
                 return
             if batch.num_rows:
                 yield migrate_table(pa.Table.from_batches([batch]), version)
-
-
-def sample_set(
-    folder: str | os.PathLike[str],
-    *,
-    per_type: int,
-    split: str | None = None,
-    seed: int = 0,
-    rows: int = BATCH_ROWS,
-    progress: Progress = silent,
-) -> DemonstrationSet:
-    """A random part of a large set: at most `per_type` labelled demonstrations of each type.
-
-    Every demonstration of a type has the same chance; their order is kept. One pass, bounded
-    memory.
-
-    Args:
-        split: Only from scenes of this split; where no scene is so marked, and for None, from
-            all.
-        seed: Of the draw.
-
-    Raises:
-        InputError: As `iterate_batches`; also where no demonstration is labelled.
-    """
-    root = set_folder(folder)
-    header, version = read_header(root)
-    scenes = read_scenes(root, version)
-    inside = {s.scene_id for s in scenes if s.split == split}
-    total = count_rows(root)
-    rng = np.random.default_rng(seed)
-    kept: Demonstrations | None = None
-    rank = np.zeros(0)
-    first_row, place = 0, np.zeros(0, dtype=np.int64)
-    for batch in iterate_batches(root, rows=rows):
-        d = batch.demonstrations
-        wanted = d.valid >= 0
-        if inside:
-            wanted &= np.array([name in inside for name in d.scene_id], dtype=bool)
-        chosen = np.flatnonzero(wanted)
-        rank = np.concatenate([rank, rng.random(len(chosen))])
-        place = np.concatenate([place, first_row + chosen])
-        kept = d.rows(chosen) if kept is None else joined([kept, d.rows(chosen)])
-        lowest = _lowest_of_each(kept.type, rank, per_type)
-        kept, rank, place = kept.rows(lowest), rank[lowest], place[lowest]
-        first_row += len(d)
-        progress("sample", first_row, total)
-    if kept is None or not len(kept):
-        raise InputError(
-            "demonstrations labelled valid or not", "none", file=root / PARQUET, field="valid"
-        )
-    used = set(kept.scene_id)
-    ordered = kept.rows(np.argsort(place))
-    return assemble(root, header, tuple(s for s in scenes if s.scene_id in used), ordered)
-
-
-def _lowest_of_each(names: np.ndarray, rank: np.ndarray, most: int) -> np.ndarray:
-    """Rows of the `most` lowest ranks of each name, ascending."""
-    parts = []
-    for name in set(names.tolist()):
-        mine = np.flatnonzero(np.array([n == name for n in names], dtype=bool))
-        parts.append(mine[np.argsort(rank[mine])[:most]])
-    return np.sort(np.concatenate(parts)) if parts else np.zeros(0, dtype=np.int64)
 
 
 def count_rows(folder: str | os.PathLike[str]) -> int:

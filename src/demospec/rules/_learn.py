@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from demospec.demonstrations import DemonstrationSet
+from demospec.demonstrations import DemonstrationSet, Paths
 from demospec.errors import CannotJudgeError, InputError
 from demospec.frames import FloatArray, describe_length
+from demospec.parallel import run_tasks
 from demospec.progress import Progress, silent
 from demospec.rules._clearance import ClearanceFit
 from demospec.rules._clearance_distance import Distance, nearest_approach
@@ -22,6 +23,7 @@ from demospec.rules._clearance_posterior import Sharing
 from demospec.rules._influence_rule import influence_answer, influence_words
 from demospec.rules._results import ANYONE, RuleSet, TypeRules
 from demospec.rules._words import clearance_words, listed, plural
+from demospec.scene import Scene
 
 F_MAX = 60
 """Bound on the summed penalty where nobody gives one, as in a problem file."""
@@ -31,6 +33,8 @@ Measure = Callable[..., FloatArray]
 
 Passing = Callable[..., Passes]
 """Called as `passes` is."""
+
+Measured = TypeVar("Measured", FloatArray, Passes)
 
 
 @dataclass(frozen=True)
@@ -58,6 +62,8 @@ def approaches(
     split: str | None = "train",
     distance: Distance = "footprint",
     measure: Measure = nearest_approach,
+    workers: int = 1,
+    cluster: str | None = None,
     progress: Progress = silent,
 ) -> Approaches:
     """Measures every labelled demonstration whose scene lists its objects.
@@ -65,6 +71,7 @@ def approaches(
     Args:
         split: Learn from these scenes only; where none is so marked, and for None, from all.
         measure: In place of `nearest_approach`, for who remembers what it gave before.
+        workers, cluster: As of `run_tasks`; scenes are measured apart.
 
     Raises:
         CannotJudgeError: No labelled demonstration is in a scene that lists its objects.
@@ -100,21 +107,21 @@ def approaches(
         notes.append(f"{int((keep & ~typed).sum())} demonstrations without a user type are ignored")
         keep = keep & typed
     blind = {s.scene_id for s in data.scenes if s.objects is None}
-    rows, parts = [], []
+    rows, tasks = [], []
     skipped: set[str] = set()
-    every = data.rows_by_scene()
-    for i, (scene_id, mine) in enumerate(every.items()):
+    for scene_id, mine in data.rows_by_scene().items():
         mine = mine[keep[mine]]
         if not len(mine):
             continue
         if scene_id in blind:
             skipped.add(scene_id)
             continue
-        scene = data.scene(scene_id)
-        paths = d.paths_xy(mine)
-        parts.append(measure(scene, paths, data.symbols, distance=distance))
         rows.append(mine)
-        progress("distances", i + 1, len(every))
+        tasks.append((data.scene(scene_id), d.paths_xy(mine)))
+    parts = run_tasks(
+        partial(_measured, measure, data.symbols, distance), tasks, workers=workers,
+        cluster=cluster, progress=progress, what="distances",
+    )  # fmt: skip
     if not parts:
         raise CannotJudgeError(
             "a list of objects in at least one scene (`demospec detect` makes the list)",
@@ -134,6 +141,15 @@ def approaches(
     )
 
 
+def _measured(
+    measure: Callable[..., Measured],
+    symbols: Sequence[str],
+    distance: Distance,
+    task: tuple[Scene, Paths],
+) -> Measured:
+    return measure(*task, symbols, distance=distance)
+
+
 def learn_rules(
     data: DemonstrationSet,
     *,
@@ -144,6 +160,8 @@ def learn_rules(
     settings: Mapping[str, Any] | None = None,
     measure: Measure = nearest_approach,
     passing: Passing = passes,
+    workers: int = 1,
+    cluster: str | None = None,
     progress: Progress = silent,
 ) -> RuleSet:
     """What every user type of a set keeps away from, and how far.
@@ -161,12 +179,17 @@ def learn_rules(
         settings: Of the influence problem: ``F_max``, ``reading``, ``preset``, ….
         measure: See `approaches`.
         passing: In place of `passes`, likewise.
+        workers, cluster: As of `run_tasks`: paths are measured there, scene by scene; the
+            rules that follow are found in this process.
 
     Raises:
         CannotJudgeError: No scene lists its objects.
         InputError: No label.
     """
-    seen = approaches(data, split=split, distance=distance, measure=measure, progress=progress)
+    seen = approaches(
+        data, split=split, distance=distance, measure=measure, workers=workers, cluster=cluster,
+        progress=progress,
+    )  # fmt: skip
     unit = hundredth(data)
     present = [t for t in data.types if (seen.type == t).any()]
     if not present:
@@ -177,7 +200,7 @@ def learn_rules(
         if name not in present and present != [ANYONE]:
             notes.append(f"no demonstration to learn from for type {name}")
     of_type = {name: seen.type == name for name in present}
-    every = cache(partial(passes_of, data, seen.rows, distance, unit, passing))
+    every = cache(partial(passes_of, data, seen.rows, distance, unit, passing, workers, cluster))
     people = {
         name: Shown(seen.nearest[mine], seen.valid[mine], partial(_of_person, every, mine))
         for name, mine in of_type.items()
@@ -196,17 +219,22 @@ def passes_of(
     distance: Distance,
     unit: float,
     passing: Passing = passes,
+    workers: int = 1,
+    cluster: str | None = None,
 ) -> Passes:
     """Which objects some demonstrations (rows, ascending) lead past; their scenes list theirs."""
     scenes = data.demonstrations.scene_id[rows]
-    parts = []
-    for scene_id in dict.fromkeys(scenes.tolist()):
-        mine = np.flatnonzero(scenes == scene_id)
-        paths = data.demonstrations.paths_xy(rows[mine])
-        scene = data.scene(scene_id)
-        found = passing(scene, paths, data.symbols, distance=distance, unit=unit)
-        parts.append((mine, found))
-    return Passes.joined(parts)
+    used = list(dict.fromkeys(scenes.tolist()))
+    mine = [np.flatnonzero(scenes == scene_id) for scene_id in used]
+    tasks = [
+        (data.scene(scene_id), data.demonstrations.paths_xy(rows[some]))
+        for scene_id, some in zip(used, mine, strict=True)
+    ]
+    measure = partial(passing, unit=unit)
+    found = run_tasks(
+        partial(_measured, measure, data.symbols, distance), tasks, workers=workers, cluster=cluster
+    )
+    return Passes.joined(list(zip(mine, found, strict=True)))
 
 
 def _of_person(every: Callable[[], Passes], mine: NDArray[np.bool_]) -> Passes:
