@@ -4,6 +4,9 @@ The posterior of one clearance with the others held still is piecewise constant 
 neighbouring distances and is found exactly. Some rounds of that give a good point and, made
 wider, proposals; evenly spread (Halton) points through them estimate the evidence. No random
 numbers: the same data give the same answer.
+
+One clearance at a time can end where a label is contradicted and no single step mends it. Where
+some clearances of the subset agree with every label, a second round of proposals starts there.
 """
 
 from __future__ import annotations
@@ -57,37 +60,79 @@ def separate_particles(
     columns = list(subset)
     near = nearest[:, columns]
     shares = prior.share(near)
-    current = np.full(len(columns), float(prior.share(np.array(start))))
+    smear = 3 * max((noise.sigma for noise in noises), default=0.0)
+    points, log_q = [], []
+    for begin in _starts(shares, valid, float(prior.share(np.array(start))), prior, table):
+        drawn, part = _proposed(shares, valid, begin, prior, table, smear)
+        points.append(prior.clearance(drawn))
+        log_q.append(part)
+    log_prior = -np.concatenate(log_q) - np.log(_POINTS * len(points))
+    count = len(log_prior)
+    clearance = np.full((count, nearest.shape[1]), -np.inf)
+    clearance[:, columns] = np.concatenate(points)
+    gap = margins(near, clearance[:, columns])
+    none = table[((gap >= 0) != valid).sum(axis=1)]
+    parts = [Particles(log_prior + none + clean, clearance, np.zeros(count))]
+    for noise in noises:
+        likelihoods = noisy_labels(gap, valid, noise.sigma, noise.rates)
+        for likelihood, log_case in zip(likelihoods, noise.log_prior, strict=True):
+            weight = log_prior + likelihood + log_case
+            parts.append(Particles(weight, clearance, np.full(count, noise.sigma)))
+    return Particles.joined(parts)
+
+
+def _starts(
+    shares: FloatArray, valid: BoolArray, start: float, prior: ClearancePrior, table: FloatArray
+) -> list[FloatArray]:
+    """One or two good points (prior shares, one for each class) to draw about."""
+    settled = _settled(shares, valid, np.full(shares.shape[1], start), table)
+    if _agrees(shares, valid, settled):
+        return [settled]
+    # The largest clearances that every accepted demonstration keeps explain most rejections.
+    largest = np.minimum(shares[valid].min(axis=0, initial=1.0), 1.0)
+    if not _agrees(shares, valid, largest):
+        return [settled]
+    return [settled, _settled(shares, valid, largest, table)]
+
+
+def _agrees(shares: FloatArray, valid: BoolArray, clearance: FloatArray) -> bool:
+    return bool(((shares >= clearance).all(axis=1) == valid).all())
+
+
+def _settled(
+    shares: FloatArray, valid: BoolArray, current: FloatArray, table: FloatArray
+) -> FloatArray:
+    """Each clearance in turn moved to its mean given the others, some rounds."""
+    current = current.copy()
     for _ in range(_ROUNDS):
         before = current.copy()
-        for j in range(len(columns)):
+        for j in range(len(current)):
             mass, low, high = _conditional(shares, valid, current, j, table)
             weight = np.exp(mass - mass.max())
             current[j] = float((weight * (low + high) / 2).sum() / weight.sum())
         if np.array_equal(before, current):
             break
-    drawn = np.empty((_POINTS, len(columns)))
+    return current
+
+
+def _proposed(
+    shares: FloatArray,
+    valid: BoolArray,
+    current: FloatArray,
+    prior: ClearancePrior,
+    table: FloatArray,
+    smear: float,
+) -> tuple[FloatArray, FloatArray]:
+    """(`_POINTS`, classes) prior shares about a good point, and the log density there."""
+    drawn = np.empty((_POINTS, len(current)))
     log_q = np.zeros(_POINTS)
-    smear = 3 * max((noise.sigma for noise in noises), default=0.0)
-    for j in range(len(columns)):
+    for j in range(len(current)):
         mass, low, high = _conditional(shares, valid, current, j, table)
         center = prior.clearance(current[j])
         around = prior.share(np.array([center - smear, center + smear]))
         drawn[:, j], part = _draw(mass, low, high, _halton(_PRIMES[j % len(_PRIMES)]), around)
         log_q += part
-    points = prior.clearance(drawn)
-    gap = margins(near, points)
-    log_prior = -log_q - np.log(_POINTS)
-    clearance = np.full((_POINTS, nearest.shape[1]), -np.inf)
-    clearance[:, columns] = points
-    none = table[((gap >= 0) != valid).sum(axis=1)]
-    parts = [Particles(log_prior + none + clean, clearance, np.zeros(_POINTS))]
-    for noise in noises:
-        likelihoods = noisy_labels(gap, valid, noise.sigma, noise.rates)
-        for likelihood, log_case in zip(likelihoods, noise.log_prior, strict=True):
-            weight = log_prior + likelihood + log_case
-            parts.append(Particles(weight, clearance, np.full(_POINTS, noise.sigma)))
-    return Particles.joined(parts)
+    return drawn, log_q
 
 
 def _conditional(
