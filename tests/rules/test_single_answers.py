@@ -1,4 +1,4 @@
-"""The answer of `rules PROBLEM` is a model to every command, for people of type `anyone`."""
+"""The answer of `rules PROBLEM` is a model to every command, and says the same of everybody."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from clearance_worlds import demonstration_set
 from demospec.cli import main
 from demospec.demonstrations import DemonstrationSet, write_set
 from demospec.errors import InputError
-from demospec.rules import ANYONE, read_rules
+from demospec.rules import ANYONE, ClearanceRule, RuleSet, TypeRules, read_rules
 
 PROBLEM = {
     "scenes": [
@@ -92,6 +92,60 @@ def test_a_command_takes_the_answer_to_one_problem(
         assert {entry["p_valid"] for entry in document["predictions"]} == {0.0, 1.0}
     elif command == "evaluate":
         assert document["types"][ANYONE]["n"] == 24
+
+
+@pytest.fixture(scope="module")
+def of_two_types(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    rules = {"careful": {"glass": 3.0, "bowl": 3.0}, "normal": {"glass": 3.0}}
+    data = demonstration_set(np.random.default_rng(1), rules, 4, 6)
+    return write_set(data, tmp_path_factory.mktemp("sets") / "two")
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_it_judges_every_type_of_the_set(
+    of_two_types: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], family: str
+) -> None:
+    answer = answer_file(tmp_path, capsys, family)
+    status, out, err = run(capsys, "evaluate", answer, of_two_types, "--truth", answer, "--json")
+    assert status == 0, err
+    scores = json.loads(out)["types"]
+    assert {name: score["n"] for name, score in scores.items()} == {"careful": 24, "normal": 24}
+    status, out, err = run(capsys, "predict", answer, of_two_types, "--json")
+    assert status == 0, err
+    assert "does not know" not in err
+    said = json.loads(out)["predictions"]
+    assert len(said) == 48
+    assert {entry["p_valid"] for entry in said} == {0.0, 1.0}
+    file = tmp_path / "said.json"
+    status, _, err = run(capsys, "predict", answer, of_two_types, "--workers", 2, "--out", file)
+    assert status == 0, err
+    assert json.loads(file.read_text())["predictions"] == said
+
+
+def test_a_path_of_one_type_is_repaired_and_judged(
+    of_two_types: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    answer = answer_file(tmp_path, capsys, "clearance")
+    status, out, err = run(
+        capsys, "repair", answer, of_two_types, "--type", "normal", "--rules", answer, "--json"
+    )
+    assert status == 0, err
+    judged = {entry["rule_valid"] for entry in json.loads(out)["repairs"]}
+    assert judged
+    assert None not in judged
+
+
+def test_only_rules_for_anyone_are_for_everybody() -> None:
+    rule = TypeRules(ClearanceRule({"glass": 3.0}))
+    everybody = RuleSet({ANYONE: rule}, metres_per_unit=0.1)
+    said = everybody.for_types(("careful", "normal"))
+    assert said.types == ("careful", "normal")
+    assert said.metres_per_unit == 0.1
+    assert everybody.for_types(()).types == (ANYONE,)
+    named = RuleSet({"careful": rule})
+    assert named.for_types(("careful", "normal")) is named
+    both = RuleSet({ANYONE: rule, "careful": rule})
+    assert both.for_types(("careful", "normal")) is both
 
 
 def test_it_judges_as_a_rule_file_that_says_the_same(

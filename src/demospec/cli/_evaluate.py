@@ -41,11 +41,10 @@ def evaluate(
     data = read_set(set_folder)
     if split is not None:
         data = data.of_split(split)
-    fitted = load_model(model)
+    fitted = load_model(model, data.types)
+    judge = None if truth is None else load_model(truth, data.types)
     with progress_bar() as progress:
-        answer = evaluate_model(
-            fitted, data, truth=None if truth is None else load_model(truth), progress=progress
-        )
+        answer = evaluate_model(fitted, data, truth=judge, progress=progress)
     say_unjudged(answer.unjudged)
     document = answer.to_json()
     save_json(document, out)

@@ -52,11 +52,10 @@ def repair(
 
     data = read_set(set_folder)
     settings = RepairSettings(particles=particles, steps=steps, confidence=confidence)
-    judge = None if rules is None else load_model(rules)
+    judge = None if rules is None else load_model(rules, data.types)
+    fitted = load_model(model, data.types)
     with progress_bar() as progress:
-        answer = repair_set(
-            load_model(model), data, type, rules=judge, settings=settings, progress=progress
-        )
+        answer = repair_set(fitted, data, type, rules=judge, settings=settings, progress=progress)
     say_unjudged(answer.unjudged)
     document = answer.to_json()
     save_json(document, out)

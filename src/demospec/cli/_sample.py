@@ -38,7 +38,7 @@ def sample(
     from demospec.specification import load_model, sample_valid
 
     data = read_set(set_folder)
-    fitted = load_model(model)
+    fitted = load_model(model, data.types)
     answer = sample_valid(
         fitted.see(data.scene(scene)), type, n, seed=seed, confidence=confidence, method=method
     )

@@ -57,7 +57,8 @@ def read_rules(path: str | os.PathLike[str]) -> RuleSet:
     ``{"types": {"careful": {"clearance": {"relevant": ["glass"], "value": {"glass": 3.0}}}}}``;
     ``relevant`` may be left out (then every symbol with a value matters). A type with an
     ``influence`` answer alone is judged by that rule, with exact integers. The answer of
-    ``rules PROBLEM``, of either family, is taken for the rule of one type, `ANYONE`.
+    ``rules PROBLEM``, of either family, is taken for the rule of one type, `ANYONE`;
+    `RuleSet.for_types` says it of the types of a set.
 
     Raises:
         InputError: One line with file, field, what was expected and what came.

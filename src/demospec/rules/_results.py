@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -146,6 +146,16 @@ class RuleSet:
             for name, rule in self.rules.items()
             if rule.clearance is not None or rule.influence is not None
         )
+
+    def for_types(self, types: Sequence[str]) -> RuleSet:
+        """The same rules for people of these types.
+
+        Rules of `ANYONE` alone were learnt or written without asking who: they hold for each of
+        the types. Rules of named types stay what they are.
+        """
+        if set(self.rules) != {ANYONE} or not types:
+            return self
+        return replace(self, rules=dict.fromkeys(types, self.rules[ANYONE]))
 
     def see(self, scene: Scene) -> RuleView:
         """Look at a scene; CannotJudgeError where it does not list its objects."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
@@ -91,8 +91,13 @@ def _checked(kind: Callable[..., Any], settings: dict[str, Any]) -> Any:
     return kind(**settings)
 
 
-def load_model(path: str | os.PathLike[str]) -> Any:
+def load_model(path: str | os.PathLike[str], types: Sequence[str] = ()) -> Any:
     """A model folder, or a rule file (a JSON answer of `rules`, or hand-written), as a model.
+
+    Args:
+        path: File or folder.
+        types: User types of the set that is to be judged. A rule file with rules for `anyone`
+            alone judges each of them (`RuleSet.for_types`); other models know their own types.
 
     Returns:
         A `ValidityModel`.
@@ -105,7 +110,7 @@ def load_model(path: str | os.PathLike[str]) -> Any:
     if place.is_file():
         from demospec.rules import read_rules
 
-        return read_rules(place)
+        return read_rules(place).for_types(types)
     if not place.is_dir():
         raise InputError("a model folder or a rule file", "no such file or folder", file=place)
     if not (place / "config.json").is_file():

@@ -48,7 +48,7 @@ def predict_parts(
     Raises:
         InputError: As `read_set`; also a demonstration that is there twice.
     """
-    _load(model)  # a fault of the model is told before anything starts
+    _load(model, ())  # a fault of the model is told before anything starts
     tasks = cut_rows(store, rows=rows)
     kept = None if keep is None else KeptParts(keep, job_of(model, store, rows))
     there = set() if kept is None else kept.there
@@ -70,8 +70,8 @@ def predict_parts(
 
 
 def _judge(source: _Source, rows: tuple[int, int]) -> Predictions:
-    fitted = _load(source.model)
     data = read_part(source.store, *rows)
+    fitted = _load(source.model, data.types)
     try:
         return predict(fitted, data)
     except CannotJudgeError as error:
@@ -86,8 +86,8 @@ def _judge(source: _Source, rows: tuple[int, int]) -> Predictions:
 
 
 @lru_cache(maxsize=2)
-def _load(model: str) -> ValidityModel:
+def _load(model: str, types: tuple[str, ...]) -> ValidityModel:
     from demospec.specification import load_model
 
-    loaded: Any = load_model(model)
+    loaded: Any = load_model(model, types)
     return loaded  # type: ignore[no-any-return]
