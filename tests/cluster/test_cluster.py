@@ -124,3 +124,15 @@ def test_a_causal_analysis_on_the_cluster_is_that_of_one_process(cluster, tmp_pa
     for one, other in zip(there.trials, here.trials, strict=True):
         assert (one.scene, one.symbol) == (other.scene, other.symbol)
         assert np.array_equal(one.after, other.after)
+
+
+def test_rules_learned_with_the_cluster_are_those_of_one_process(cluster, tmp_path):
+    from demospec.demonstrations import sample_set, simulate_set, write_set
+    from demospec.rules import learn_rules, rules_document
+
+    data, _ = simulate_set(train_scenes=5, test_scenes=0, demonstrations=4, seed=4)
+    store = str(write_set(data, tmp_path / "set"))
+    here = sample_set(store, per_type=9, seed=2)
+    assert sample_set(store, per_type=9, seed=2, rows=13, cluster=cluster) == here
+    one = rules_document(learn_rules(here, influence=False))
+    assert rules_document(learn_rules(here, influence=False, cluster=cluster)) == one

@@ -240,3 +240,31 @@ def test_query_for_people_and_programs(
     status, _, err = run(capsys, "query", tmp_path / "none.json")
     assert status == 2
     assert "none.json" in err
+
+
+def without_seconds(document: object) -> object:
+    if isinstance(document, dict):
+        return {k: without_seconds(v) for k, v in document.items() if k != "seconds"}
+    return document
+
+
+def test_workers_and_urls_answer_as_one_process(
+    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("fsspec", reason="pip install 'demospec[distributed]'")
+    from demospec.cli import _rules
+
+    for large in (100_000, 10):  # the whole set, then a sample of it
+        monkeypatch.setattr(_rules, "LARGE", large)
+        monkeypatch.setattr(_rules, "SAMPLE", 7)
+        answers = []
+        for more in ([folder], [folder, "--workers", 2], [f"file://{folder}"]):
+            status, out, err = run(capsys, "rules", *more, "--json")
+            assert status == 0
+            assert ("learned from a random 7" in err) == (large == 10)
+            answers.append(without_seconds(json.loads(out)))
+        assert answers[0] == answers[1]
+        assert answers[0] == answers[2]
+    status, _, err = run(capsys, "rules", f"file://{folder}-gone")
+    assert status == 2
+    assert "Traceback" not in err

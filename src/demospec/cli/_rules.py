@@ -2,12 +2,23 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, TypedDict
 
 import typer
 
-from demospec.cli._common import Json, Out, print_json, print_table, progress_bar, save_json, say
+from demospec.cli._common import (
+    Cluster,
+    Json,
+    Out,
+    Workers,
+    print_json,
+    print_table,
+    progress_bar,
+    save_json,
+    say,
+)
 from demospec.errors import InputError
 
 LARGE = 100_000
@@ -15,10 +26,20 @@ LARGE = 100_000
 SAMPLE = 10_000
 
 
+class Spread(TypedDict):
+    """Over what the work is spread: arguments of `run_tasks`."""
+
+    workers: int
+    cluster: str | None
+
+
 def rules(
-    paths: Annotated[
-        list[Path],
-        typer.Argument(metavar="SET | PROBLEM.json …", help="A demonstration set, or problems."),
+    names: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="SET | PROBLEM.json …",
+            help="A demonstration set (a folder, or a URL), or problems.",
+        ),
     ],
     json: Json = False,
     out: Out = None,
@@ -71,8 +92,16 @@ def rules(
         bool,
         typer.Option("--enough", help="How the answer narrows with the number of demonstrations."),
     ] = False,
+    workers: Workers = 1,
+    cluster: Cluster = None,
 ) -> None:
-    """What each kind of person keeps away from, and how far."""
+    """What each kind of person keeps away from, and how far.
+
+    Of a set with more than 100,000 demonstrations 10,000 of each type are learned from, drawn at
+    random.
+    """
+    spread: Spread = {"workers": workers, "cluster": cluster}
+    paths = [Path(name) for name in names]
     _one_of("--sharing", sharing, ("average", "shared", "separate"))
     _one_of("--distance", distance, ("footprint", "center"))
     _one_of("--engine", engine, ("auto", "exact", "step", "direct"))
@@ -88,7 +117,8 @@ def rules(
         return
     if len(paths) == 1 and not _is_problem(paths[0]):
         _set(
-            paths[0],
+            names[0],
+            spread,
             {
                 "sharing": sharing,
                 "distance": distance,
@@ -113,7 +143,7 @@ def rules(
         "label_noise": label_noise,
         "time_limit_s": time_limit,
     }
-    _problems(paths, settings, options, json=json, out=out)
+    _problems(paths, settings, options, spread, json=json, out=out)
 
 
 def _one_of(name: str, value: str | None, known: tuple[str | None, ...]) -> None:
@@ -127,7 +157,8 @@ def _is_problem(path: Path) -> bool:
 
 
 def _set(
-    path: Path,
+    store: str,
+    spread: Spread,
     options: dict[str, Any],
     *,
     json: bool,
@@ -139,15 +170,19 @@ def _set(
     from demospec.rules import learn_rules, rules_document
 
     with progress_bar() as progress:
-        count = count_rows(path)
-        if count > LARGE:
+        count = count_rows(store)
+        if count > LARGE or "://" in store:
             # What many more would add to a clearance is far below a pixel.
-            data = sample_set(path, per_type=SAMPLE, split=options["split"], progress=progress)
-            say(f"note: {count} demonstrations: learned from a random {SAMPLE} of each type")
+            most = SAMPLE if count > LARGE else count
+            data = sample_set(
+                store, per_type=most, split=options["split"], progress=progress, **spread
+            )
+            if count > LARGE:
+                say(f"note: {count} demonstrations: learned from a random {SAMPLE} of each type")
         else:
-            data = read_set(path)
+            data = read_set(store)
         shown = data.scenes[0] if scene is None else data.scene(scene)
-        answer = learn_rules(data, progress=progress, **options)
+        answer = learn_rules(data, progress=progress, **options, **spread)
     document = rules_document(answer)
     for note in answer.notes:
         say(f"note: {note}")
@@ -268,17 +303,19 @@ def _problems(
     paths: list[Path],
     settings: dict[str, Any],
     options: dict[str, Any],
+    spread: Spread,
     *,
     json: bool,
     out: Path | None,
 ) -> None:
+    from demospec.parallel import run_tasks
     from demospec.rules import answer_problem
 
-    answers = []
     with progress_bar() as progress:
-        for i, path in enumerate(paths):
-            answers.append(answer_problem(path, settings, **options))
-            progress("problems", i + 1, len(paths))
+        answers = run_tasks(
+            partial(answer_problem, settings=settings, **options), paths, what="problems",
+            progress=progress, **spread,
+        )  # fmt: skip
     for path, answer in zip(paths, answers, strict=True):
         for note in answer.notes:
             say(f"warning: {path}: {note}")

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
         resample,
     )
     from demospec.demonstrations._check import CheckReport, Problem, check_set
-    from demospec.demonstrations._partition import cut_rows, read_part
+    from demospec.demonstrations._partition import count_rows, cut_rows, read_part
     from demospec.demonstrations._protocol import (
         DifferentiableView,
         Paths,
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from demospec.demonstrations._simulate import random_paths, simulate_set
     from demospec.demonstrations._simulate_truth import true_clearances
     from demospec.demonstrations._store import pictures_in_memory, read_set, write_set
-    from demospec.demonstrations._stream import count_rows, iterate_batches
+    from demospec.demonstrations._stream import iterate_batches
     from demospec.demonstrations._trajectory import (
         MAX_COORDINATE,
         MAX_POINTS,
@@ -98,7 +98,7 @@ _HOME = {
     "check_set": "_check",
     "checked_points": "_trajectory",
     "control_gradients": "_bezier",
-    "count_rows": "_stream",
+    "count_rows": "_partition",
     "cut_rows": "_partition",
     "densify": "_bezier",
     "fit_bezier": "_bezier",

@@ -11,9 +11,10 @@ import numpy as np
 from demospec.demonstrations._check_paths import PathOddities, SceneTable
 from demospec.demonstrations._check_report import LISTED_WARNINGS, CheckReport
 from demospec.demonstrations._faults import table_faults
+from demospec.demonstrations._partition import count_rows
 from demospec.demonstrations._schema import Header
 from demospec.demonstrations._store import PARQUET
-from demospec.demonstrations._stream import arrow_batches, count_rows
+from demospec.demonstrations._stream import arrow_batches
 from demospec.demonstrations._table import from_arrow
 from demospec.demonstrations._trajectory import BoolArray, Demonstrations, IntArray
 from demospec.errors import InputError

@@ -8,6 +8,7 @@ header, scene list and pictures of a set behind a URL are copied once for each w
 from __future__ import annotations
 
 import atexit
+import os
 import shutil
 import tempfile
 from collections.abc import Iterator
@@ -46,11 +47,16 @@ def cut_rows(store: str, *, rows: int = PART_ROWS) -> list[tuple[int, int]]:
     Raises:
         InputError: No such set, or no demonstrations in it.
     """
-    with _parquet(store) as parquet:
-        total = int(parquet.metadata.num_rows)
+    total = count_rows(store)
     if total == 0:
         raise InputError("at least one demonstration", "none", file=f"{store}/{PARQUET}")
     return [(first, min(first + rows, total)) for first in range(0, total, rows)]
+
+
+def count_rows(store: str | os.PathLike[str]) -> int:
+    """How many demonstrations the file of a set (a folder, or a URL) says that it holds."""
+    with _parquet(os.fspath(store)) as parquet:
+        return int(parquet.metadata.num_rows)
 
 
 def read_part(store: str, first: int, end: int) -> DemonstrationSet:

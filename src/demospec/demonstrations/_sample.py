@@ -14,10 +14,17 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from demospec.demonstrations._partition import PART_ROWS, cut_rows, header_of, is_url, read_part
+from demospec.demonstrations._partition import (
+    PART_ROWS,
+    count_rows,
+    cut_rows,
+    header_of,
+    is_url,
+    read_part,
+)
 from demospec.demonstrations._set import DemonstrationSet
 from demospec.demonstrations._store import PARQUET, assemble
-from demospec.demonstrations._stream import BATCH_ROWS, count_rows, iterate_batches
+from demospec.demonstrations._stream import BATCH_ROWS, iterate_batches
 from demospec.demonstrations._trajectory import Demonstrations, joined
 from demospec.errors import InputError
 from demospec.frames import FloatArray

@@ -95,12 +95,6 @@ def arrow_batches(root: Any, version: int, *, rows: int) -> Iterator[Any]:
                 yield migrate_table(pa.Table.from_batches([batch]), version)
 
 
-def count_rows(folder: str | os.PathLike[str]) -> int:
-    """How many demonstrations the file of a set says that it holds (for a progress bar)."""
-    with opened_parquet(set_folder(folder) / PARQUET) as parquet:
-        return int(parquet.metadata.num_rows)
-
-
 def _shifted(error: InputError, first_row: int, file: str) -> InputError:
     """The same complaint with the row in the file in place of the row in the batch."""
     row = error.row
