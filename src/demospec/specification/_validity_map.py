@@ -10,9 +10,6 @@ from demospec.demonstrations import View
 from demospec.frames import FloatArray
 from demospec.specification._control_plane import ControlPlane, plane_bounds
 
-MAP_POINTS = 50
-"""Points a curve is drawn with for a map; a map is looked at, a repair is judged on 100."""
-
 
 @dataclass(frozen=True)
 class ValidityMap:
@@ -64,7 +61,7 @@ def validity_map(
     x0, y0, x1, y1 = plane_bounds(view.scene) if bounds is None else bounds
     x, y = np.linspace(x0, x1, nx), np.linspace(y0, y1, ny)
     grid = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 1, 2)
-    plane = ControlPlane(view, points=MAP_POINTS)
+    plane = ControlPlane(view)
     logits, p = plane.logits_and_p(grid, type)
     return ValidityMap(
         type=type,
