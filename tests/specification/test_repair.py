@@ -120,7 +120,7 @@ def test_map_agrees_with_the_view_point_by_point():
     view = SlopedDiscView(WORLD, 5.0)
     found = validity_map(view, "careful", size=(21, 11), bounds=(0, 0, 100, 100))
     assert found.logits.shape == (11, 21)
-    plane = ControlPlane(view, points=50)
+    plane = ControlPlane(view)
     for row, column in ((0, 0), (5, 20), (10, 3)):
         one = plane.logits(np.array([[[found.x[column], found.y[row]]]]), "careful")
         assert found.logits[row, column] == pytest.approx(one[0])
