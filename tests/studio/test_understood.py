@@ -25,10 +25,12 @@ from demospec.scene import Capsule, Disc, Picture, Polygon, Scene, SceneObject
 from demospec.studio._near import NearMemory, PassMemory
 from demospec.studio._rings import contour_at, rings_svg
 from demospec.studio._teach_state import TeachState
+from demospec.studio._teach_words import culprit_words
 from demospec.studio._understood import (
     Memory,
     Understood,
     conflicts,
+    culprits,
     how_many_more,
     of_type,
     question,
@@ -99,6 +101,21 @@ def test_a_contradiction_names_both_sides() -> None:
     assert found.against == ("d0",)
     fixed = replace(data, demonstrations=data.demonstrations.rows([0, 2]))
     assert conflicts(fixed) == ()
+
+
+def test_one_wrong_acceptance_is_asked_about_once() -> None:
+    # d0 is accepted right at the glass, the four rejected ones keep further off.
+    data = set_of([(50, 50), *((50, y) for y in (56, 57, 58, 59)), (50, 140)],
+                  [True, False, False, False, False, True])  # fmt: skip
+    found = conflicts(data)
+    assert {c.demo_id for c in found} == {"d1", "d2", "d3", "d4"}
+    (together,) = culprits(found)
+    assert together[0].against == ("d0",)
+    words = culprit_words(together)
+    assert "as near as 4 rejected paths" in words
+    assert "and others" in words
+    # Two are two questions: either side may be wrong.
+    assert [len(some) for some in culprits(found[:2])] == [1, 1]
 
 
 @settings(deadline=None, max_examples=30)

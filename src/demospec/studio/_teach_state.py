@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -305,8 +306,8 @@ class TeachState:
     def _do_next_after(self, value: Any) -> None:
         self.next_after = NEXT_AFTER.get(str(value), 3)
 
-    def _do_keep(self, value: Conflict) -> None:
-        self.kept.add(value)
+    def _do_keep(self, value: Sequence[Conflict]) -> None:
+        self.kept.update(value)
 
     def _do_change(self, value: tuple[str, bool]) -> None:
         self.bench.label(value[0], value[1], actor=self.actor)

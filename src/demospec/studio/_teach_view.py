@@ -18,7 +18,13 @@ from demospec.studio._scene_svg import (
     view_box,
 )
 from demospec.studio._teach_state import NEXT_AFTER, TeachState
-from demospec.studio._teach_words import conflict_words, rows_html, understood_html
+from demospec.studio._teach_words import (
+    conflict_words,
+    culprit_words,
+    rows_html,
+    understood_html,
+)
+from demospec.studio._understood import culprits
 
 MOST_ROWS = 60
 """Paths listed for one scene; more are counted."""
@@ -322,16 +328,21 @@ class TeachView:
         self._show_marks()
         self.conflicts.clear()
         with self.conflicts:
-            for conflict in state.conflicts[:3]:
+            asked = culprits(state.conflicts)
+            for some in asked[:3]:
                 with ui.element("div").classes("conflict").props("role=group"):
-                    ui.html(conflict_words(conflict), sanitize=False, tag="p")
-                    self._choice("Keep", "keep", conflict)
-                    name = conflict.demo_id
-                    self._choice(f"Accept {short_name(name)}", "change", (name, True))
-                    for other in conflict.against:
+                    if len(some) > 1:
+                        ui.html(culprit_words(some), sanitize=False, tag="p")
+                    else:
+                        ui.html(conflict_words(some[0]), sanitize=False, tag="p")
+                    self._choice("Keep" if len(some) == 1 else "Keep all", "keep", some)
+                    if len(some) == 1:
+                        name = some[0].demo_id
+                        self._choice(f"Accept {short_name(name)}", "change", (name, True))
+                    for other in some[0].against:
                         self._choice(f"Reject {short_name(other)}", "change", (other, False))
-            if len(state.conflicts) > 3:
-                ui.html(f"and {len(state.conflicts) - 3} more", sanitize=False, tag="p")
+            if len(asked) > 3:
+                ui.html(f"and {len(asked) - 3} more", sanitize=False, tag="p")
 
     def _choice(self, words: str, what: str, value: Any) -> None:
         from nicegui import ui

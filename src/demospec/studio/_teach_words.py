@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from html import escape
 
 from demospec.demonstrations import Demonstration
@@ -84,6 +84,17 @@ def rows_html(demos: Iterable[Demonstration], chosen: str | None) -> list[tuple[
             )
         )
     return out
+
+
+def culprit_words(conflicts: Sequence[Conflict]) -> str:
+    """``#4 (accepted) contradicts 12 rejections``, in words, as HTML."""
+    name = escape(short_name(conflicts[0].against[0]))
+    some = [f"<b>{escape(short_name(c.demo_id))}</b>" for c in conflicts[:3]]
+    listed = ", ".join(some) + (" and others" if len(conflicts) > 3 else "")
+    return (
+        f"<b>{name}</b> is accepted, yet it comes at least as near as {len(conflicts)} rejected "
+        f"paths ({listed}). Is it right?"
+    )
 
 
 def conflict_words(conflict: Conflict) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import threading
 from collections import OrderedDict
-from collections.abc import Callable, Hashable, Mapping
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -244,6 +244,23 @@ def conflicts(data: DemonstrationSet) -> tuple[Conflict, ...]:
         names = tuple(str(d.demo_id[i]) for i in _fewest(near, int(row), passed, good, against))
         found.append(Conflict(str(d.demo_id[row]), names))
     return tuple(found)
+
+
+def culprits(found: Sequence[Conflict]) -> list[tuple[Conflict, ...]]:
+    """Conflicts as they are to be asked about, those that explain most first.
+
+    An accepted path that alone contradicts three rejections or more is likelier to be wrong
+    than all of those: its conflicts are one question. Any other conflict is one of its own.
+    """
+    groups: dict[Hashable, list[Conflict]] = {}
+    for conflict in found:
+        groups.setdefault(conflict.against if len(conflict.against) == 1 else conflict, []).append(
+            conflict
+        )
+    asked: list[tuple[Conflict, ...]] = []
+    for group in groups.values():
+        asked += [tuple(group)] if len(group) >= 3 else [(one,) for one in group]
+    return sorted(asked, key=len, reverse=True)
 
 
 def _fewest(near: Any, row: int, passed: Any, good: Any, nearest: list[int]) -> list[int]:
