@@ -40,7 +40,7 @@ MUTATIONS = [
     ("_sweep", 'side="left")[::-1]', 'side="right")[::-1]', "exact"),
     ("_sweep", 'T, side="right")', 'T, side="left")', "exact"),
     ("_sweep", "np.maximum(least, self.low)", "np.maximum(least + 1, self.low)", "exact"),
-    ("_boxes", "floor[:, :v] >= limit", "floor[:, :v] > limit", "search"),
+    ("_boxes", "(floor[:, :v] < limit)", "(floor[:, :v] <= limit)", "search"),
     ("_boxes", "ceiling[:, v:] < limit", "ceiling[:, v:] <= limit", "search"),
     ("_search", "self.rows.closest <= boxes.T_low", "self.rows.closest < boxes.T_low", "search"),
     ("_search", "(ceiling[:, :v] < limit)", "(ceiling[:, :v] <= limit)", "search"),
@@ -63,9 +63,13 @@ MUTATIONS = [
     ("_count", "for s in range(length)", "for s in range(length - 1)", "search"),
     ("_measure", "level, penalty = np.ceil(root)", "level, penalty = np.floor(root)", "exact"),
     ("_measure", "np.floor(root * scale + 0.5)", "np.floor(root * scale)", "exact"),
-    ("_steps", "nearest <= reach * reach)", "nearest < reach * reach)", "exact"),
-    ("_steps", "squares <= reach * reach)", "squares < reach * reach)", "exact"),
-    ("_steps", "level[nearest[near]]", "level[nearest[near]] + 1", "exact"),
+    ("_step_tables", "nearest <= reach * reach", "nearest < reach * reach", "exact"),
+    ("_step_tables", "reach * reach + 1, out=squares", "reach * reach, out=squares", "exact"),
+    ("_step_tables", "level[nearest], FAR", "level[nearest] + 1, FAR", "exact"),
+    ("_boxes", "limit - 1, floor[:, :v]", "limit - 2, floor[:, :v]", "search"),
+    ("_boxes", "ceiling[:, v:], limit, out", "ceiling[:, v:], limit + 1, out", "search"),
+    ("_sweep", "steps[upper] >= need", "steps[upper] > need", "exact"),
+    ("_sweep", "running[at] = _reached(steps, need[at])", "running[at] = _reached(steps, need[at]) + 1", "exact"),
 ]  # fmt: skip
 
 
@@ -78,7 +82,6 @@ class _Mutant(importlib.abc.Loader):
 
     def exec_module(self, module):
         source = self.path.read_text(encoding="utf-8")
-        assert self.old in source, f"{self.path.name} no longer has: {self.old}"
         exec(compile(source.replace(self.old, self.new), str(self.path), "exec"), module.__dict__)
 
 
@@ -106,6 +109,9 @@ def mutated():
         for name in kept:
             sys.modules.pop(name, None)
         finders.append(_Finder(module, old, new))
+        # Here, since a mutant that cannot even be imported counts as noticed.
+        path = finders[-1].loader.path
+        assert old in path.read_text(encoding="utf-8"), f"{path.name} no longer has: {old}"
         sys.meta_path.insert(0, finders[-1])
         return importlib.import_module("demospec.rules")
 

@@ -40,6 +40,12 @@ class Boxes:
             self.goal[which],
         )  # fmt: skip
 
+    def put(self, which: IntArray, boxes: Boxes) -> None:
+        """Writes boxes in these places."""
+        self.T_low[which], self.T_high[which] = boxes.T_low, boxes.T_high
+        self.low[which], self.high[which] = boxes.low, boxes.high
+        self.goal[which] = boxes.goal
+
     @staticmethod
     def join(parts: list[Boxes]) -> Boxes:
         return Boxes(
@@ -140,7 +146,8 @@ class StepRows:
         return [self.steps[k][radii[:, k] - self.origin[k]] for k in range(len(self.steps))]
 
     def sums(self, low: IntArray, high: IntArray) -> tuple[IntArray, IntArray]:
-        return self._total(self._at(low), len(low)), self._total(self._at(high), len(low))
+        floor = self._total(self._at(low), len(low))
+        return floor, floor if high is low else self._total(self._at(high), len(low))
 
     def _with_points(
         self,
@@ -161,46 +168,71 @@ class StepRows:
         return total
 
     def contract(self, boxes: Boxes) -> tuple[Boxes, IntArray, IntArray]:
+        tie(boxes, self.bounds)
+        boxes = boxes.take(alive(boxes))
+        keep, floor, ceiling, spread = self._judged(boxes)
+        if not keep.all():
+            boxes, floor, ceiling = boxes.take(keep), floor[keep], ceiling[keep]
+            spread = [part[keep] for part in spread]
+        at = self._pulled(boxes, floor, ceiling, spread)
+        if len(at) == 0:
+            return boxes, floor, ceiling
+        # Only boxes that became smaller are looked at again.
+        part = boxes.take(at)
+        tie(part, self.bounds)
+        left = alive(part)
+        part, gone, at = part.take(left), at[~left], at[left]
+        good, floor[at], ceiling[at], _ = self._judged(part)
+        boxes.put(at, part)
+        keep = np.ones(len(boxes), dtype=bool)
+        keep[gone] = False
+        keep[at[~good]] = False
+        return boxes.take(keep), floor[keep], ceiling[keep]
+
+    def _judged(self, boxes: Boxes) -> tuple[BoolArray, IntArray, IntArray, list[IntArray]]:
+        """Which boxes may hold something; sums; how far each radius moves each row.
+
+        T_low is raised, in place, to the contact of rows that no radius of the box can make bad.
+        """
         limit, v = self.limit, self.n_valid
-        for turn in (0, 1):
-            tie(boxes, self.bounds)
-            boxes = boxes.take(alive(boxes))
-            least, most = self._at(boxes.low), self._at(boxes.high)
-            floor, ceiling = self._with_points(
-                self._total(least, len(boxes)),
-                self._total(most, len(boxes)),
-                boxes.low,
-                boxes.high,
-            )
-            dead = (floor[:, :v] >= limit).any(axis=1)
-            # Rows that no radius of the box can make bad must be in contact.
-            contact = np.where(ceiling[:, v:] < limit, self.closest, 0).max(axis=1, initial=0)
-            np.maximum(boxes.T_low, contact, out=boxes.T_low)
-            dead |= boxes.T_low > boxes.T_high
-            if dead.any():
-                keep = ~dead
-                boxes, floor, ceiling = boxes.take(keep), floor[keep], ceiling[keep]
-                least, most = [x[keep] for x in least], [x[keep] for x in most]
-            if turn == 1 or len(boxes) == 0:
-                break
-            must = self.closest > boxes.T_high[:, None]
-            moved = False
-            for k, steps in enumerate(self.steps):
-                if v:
-                    room = (limit - 1) - floor[:, :v] + least[k][:, :v]
-                    at = np.flatnonzero((most[k][:, :v] > room).any(axis=1))
-                    if len(at):
-                        moved = True
-                        boxes.high[at, k] = self._highest(steps[:, :v], k, boxes, at, room[at])
-                if len(self.closest):
-                    need = np.where(must, limit - ceiling[:, v:] + most[k][:, v:], 0)
-                    at = np.flatnonzero((least[k][:, v:] < need).any(axis=1))
-                    if len(at):
-                        moved = True
-                        boxes.low[at, k] = self._lowest(steps[:, v:], k, boxes, at, need[at])
-            if not moved:
-                break
-        return boxes, floor, ceiling
+        least, most = self._at(boxes.low), self._at(boxes.high)
+        floor, ceiling = self._with_points(
+            self._total(least, len(boxes)), self._total(most, len(boxes)), boxes.low, boxes.high
+        )
+        contact = np.where(ceiling[:, v:] < limit, self.closest, 0).max(axis=1, initial=0)
+        np.maximum(boxes.T_low, contact, out=boxes.T_low)
+        keep = (floor[:, :v] < limit).all(axis=1) & (boxes.T_low <= boxes.T_high)
+        for few, many in zip(least, most, strict=True):
+            np.subtract(many, few, out=many)
+        return keep, floor, ceiling, most
+
+    def _pulled(
+        self, boxes: Boxes, floor: IntArray, ceiling: IntArray, spread: list[IntArray]
+    ) -> IntArray:
+        """Draws radii in, in place, to what every row allows in the others' best case.
+
+        Returns:
+            The boxes that moved.
+        """
+        limit, v = self.limit, self.n_valid
+        # How far one radius may move a row: up in a valid one, down in one that must be bad.
+        room = np.full_like(floor, np.iinfo(floor.dtype).max)
+        np.subtract(limit - 1, floor[:, :v], out=room[:, :v])
+        must = self.closest > boxes.T_high[:, None]
+        np.subtract(ceiling[:, v:], limit, out=room[:, v:], where=must)
+        moved = np.zeros(len(boxes), dtype=bool)
+        for k, steps in enumerate(self.steps):
+            far = spread[k] > room
+            up, down = far[:, :v].any(axis=1), far[:, v:].any(axis=1)
+            moved |= up | down
+            first, last = boxes.low[:, k].copy(), boxes.high[:, k].copy()
+            if len(at := np.flatnonzero(up)):
+                most = room[at, :v] + steps[first[at] - self.origin[k], :v]
+                boxes.high[at, k] = self._highest(steps[:, :v], k, boxes, at, most)
+            if len(at := np.flatnonzero(down)):
+                least = steps[last[at] - self.origin[k], v:] - room[at, v:]
+                boxes.low[at, k] = self._lowest(steps[:, v:], k, boxes, at, least)
+        return np.flatnonzero(moved)
 
     def _highest(
         self, steps: IntArray, k: int, boxes: Boxes, at: IntArray, room: IntArray

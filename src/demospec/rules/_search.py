@@ -20,6 +20,9 @@ from demospec.rules._shared_points import BoolArray
 LEAST_L, MOST_L, LEAST_T, MOST_T, FIRST_RADIUS = 0, 1, 2, 3, 4
 _BATCH_NUMBERS = 1 << 18
 _BATCH_BOXES = 512
+_FIRST_BOXES = 64
+"""Boxes of the first batches. A batch cannot use what it finds itself, and at the beginning that
+is most: with batches that grow with what was worked on, a quarter fewer boxes are."""
 NONE = np.int64(2**60)
 EVERY_L = (-int(NONE), int(NONE))
 
@@ -214,7 +217,7 @@ class Search:
             if time.monotonic() > deadline or (enough and found.any):
                 self._unproven(pool, found)
                 return found
-            boxes = self._next(pool)
+            boxes = self._next(pool, max(_FIRST_BOXES, found.boxes // 8))
             boxes = self._cut(boxes, found.best)
             if len(boxes) == 0:
                 continue
@@ -233,13 +236,14 @@ class Search:
         found.proven = True
         return found
 
-    def _next(self, pool: list[Boxes]) -> Boxes:
+    def _next(self, pool: list[Boxes], most: int = _BATCH_BOXES) -> Boxes:
         """The newest boxes, up to a batch: depth first, so that points turn up early."""
+        size = min(self.batch, most)
         boxes = pool.pop()
-        while pool and len(boxes) < self.batch:
+        while pool and len(boxes) < size:
             boxes = Boxes.join([pool.pop(), boxes])
-        if len(boxes) > self.batch:
-            cut = len(boxes) - self.batch
+        if len(boxes) > size:
+            cut = len(boxes) - size
             pool.append(boxes.take(np.arange(cut)))
             boxes = boxes.take(np.arange(cut, len(boxes)))
         return boxes

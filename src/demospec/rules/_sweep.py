@@ -18,6 +18,10 @@ from demospec.rules._measure import IntArray
 
 _CHUNK_CELLS = 1 << 18
 
+_ENDS = np.array([2**62, -(2**62)])
+"""Sums at the radius after the last and, counted from the end, before the first: at either
+nothing is left of a cell, and no row can say more."""
+
 
 class SliceTable(Protocol):
     """What putting components together asks of each, T_min by T_min. See `Slices`."""
@@ -103,31 +107,37 @@ class Grid:
     def __init__(self, component: Component, limit: int, T: IntArray, bounds: tuple[int, int]):
         self.component = component
         self.bounds = bounds
-        width = component.high - component.low + 1
-        q = len(width)
-        last = int(np.argmax(width))
-        self.order = np.array([k for k in range(q) if k != last] + [last])
-        axes = [np.arange(width[k]) for k in self.order[:-1]]
-        cells = (
-            np.stack([a.ravel() for a in np.meshgrid(*axes, indexing="ij")], axis=1)
-            if (q > 1)
-            else np.zeros((1, 0), dtype=np.int64)
-        )
-        self.others = cells + component.low[self.order[:-1]]
-        self.low, self.high = int(component.low[last]), int(component.high[last])
-        self._limits(cells, last, int(width[last]), limit, T)
+        self.width: list[int] = (component.high - component.low + 1).tolist()
+        q, low = len(self.width), component.low.tolist()
+        last = self.width.index(max(self.width))
+        order = [k for k in range(q) if k != last]
+        self.order = np.array([*order, last])
+        axes = [np.arange(low[k], low[k] + self.width[k]) for k in order]
+        if q == 2:
+            self.others = axes[0][:, None]
+        elif q == 1:
+            self.others = np.zeros((1, 0), dtype=np.int64)
+        else:
+            mesh = np.meshgrid(*axes, indexing="ij")
+            self.others = np.stack([axis.ravel() for axis in mesh], axis=1)
+        self.low, self.high = low[last], low[last] + self.width[last] - 1
+        self._limits(limit, T)
 
-    def _limits(self, cells: IntArray, last: int, width: int, limit: int, T: IntArray) -> None:
+    def _limits(self, limit: int, T: IntArray) -> None:
         """Upper end per cell, and lower end per cell and stretch of T_min."""
         part = self.component
-        upper = np.full(len(cells), width - 1)
+        count = len(self.others)
+        upper = np.full(count, self.high - self.low)
         rows = np.flatnonzero(~part.valid)
         for i in np.flatnonzero(part.valid).tolist():
-            np.minimum(upper, self._first(i, cells, last, width, limit) - 1, out=upper)
+            steps, need = self._row(part.table[i], limit)
+            # Few rows are the first to bind in a cell: of the others a look-up is all.
+            at = np.flatnonzero(steps[upper] >= need)
+            upper[at] = _reached(steps, need[at]) - 1
         self.upper = upper + self.low
         if not len(rows):
             self.levels = rows
-            self.lower = np.full((1, len(cells)), self.low, dtype=np.int64)
+            self.lower = np.full((1, count), self.low, dtype=np.int64)
             return
         # Invalid rows by contact level, farthest first: at T_min the rows with a level beyond
         # it must be explained by the sum.
@@ -136,27 +146,31 @@ class Grid:
         far = sorted(set(np.minimum(part.closest[rows], T[-1] + 1).tolist()))
         levels = np.array(far, dtype=np.int64)
         self.levels = levels  # ascending
-        lower = np.zeros((len(levels) + 1, len(cells)), dtype=np.int64)
-        running = np.zeros(len(cells), dtype=np.int64)
-        at = len(levels) - 1
+        lower = np.zeros((len(levels) + 1, count), dtype=np.int64)
+        running = np.zeros(count, dtype=np.int64)
+        stretch = len(levels) - 1
         for i in rows.tolist():
             level = min(int(part.closest[i]), int(T[-1]) + 1)
-            while levels[at] > level:
-                lower[at] = running
-                at -= 1
-            np.maximum(running, self._first(i, cells, last, width, limit), out=running)
-        for j in range(at, -1, -1):
-            lower[j] = running
+            while levels[stretch] > level:
+                lower[stretch] = running
+                stretch -= 1
+            steps, need = self._row(part.table[i], limit)
+            at = np.flatnonzero(steps[running] < need)
+            running[at] = _reached(steps, need[at])
+        lower[: stretch + 1] = running
         self.lower = lower + self.low  # lower[j]: rows with level ≥ levels[j]
 
-    def _first(self, i: int, cells: IntArray, last: int, width: int, limit: int) -> IntArray:
-        """(cells,) smallest index of the last radius at which row i reaches the limit."""
-        table = self.component.table[i]
-        need = np.full(len(cells), limit, dtype=np.int64)
-        for j, k in enumerate(self.order[:-1]):
-            need -= table[k, cells[:, j]]
-        # Ascending queries are several times faster than descending ones.
-        return np.searchsorted(table[last, :width], need[::-1], side="left")[::-1]
+    def first(self, table: IntArray, limit: int) -> IntArray:
+        """(cells,) smallest index of the last radius at which a row (q, w) reaches the limit."""
+        return _reached(*self._row(table, limit))
+
+    def _row(self, table: IntArray, limit: int) -> tuple[IntArray, IntArray]:
+        """A row's steps over the last radius and the two `_ENDS`; what it lacks in each cell."""
+        *others, last = self.order.tolist()
+        lacking = np.array(limit)
+        for k in others:
+            lacking = lacking[..., None] - table[k, : self.width[k]]
+        return np.concatenate([table[last, : self.width[last]], _ENDS]), lacking.ravel()
 
     def intervals(self, T: int) -> tuple[IntArray, IntArray, IntArray]:
         """Others (m, q − 1), least and greatest last radius (m,), at one T_min."""
@@ -174,6 +188,12 @@ class Grid:
         for column in self.others.T:
             inside &= (column >= least) & (column <= most)
         return inside, low, high
+
+
+def _reached(steps: IntArray, need: IntArray) -> IntArray:
+    # Needs mostly fall from cell to cell; ascending ones are looked up several times faster.
+    found: IntArray = np.searchsorted(steps[:-2], need[::-1], side="left")[::-1]
+    return found
 
 
 def sweep(component: Component, limit: int, T: IntArray, bounds: tuple[int, int]) -> Slices:

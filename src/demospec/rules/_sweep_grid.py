@@ -150,9 +150,6 @@ class _Nested:
             part.closest[:0], part.table[:0],
         )  # fmt: skip
         grid = Grid(none, steps.limit, T, bounds.T_object)
-        grid.component = part
-        cells = grid.others - low
-        last = int(grid.order[-1])
         inside, _, _ = grid.limits(T)
         self.t, self.cell = np.nonzero(inside)
         self.T = T[self.t]
@@ -163,10 +160,8 @@ class _Nested:
         self.L = (grid.others.sum(axis=1)[self.cell] + self.T + c - (q - 1) * self.T).astype(dtype)
         self.place = {int(i): j for j, i in enumerate(block.rows)}
         self.closest = block.closest
-        width = high - low + 1
-        self.first = np.stack(
-            [grid._first(i, cells, last, width, steps.limit) + low for i in range(len(block.rows))]
-        ).astype(dtype)
+        firsts = [grid.first(row, steps.limit) + low for row in part.table]
+        self.first = np.stack(firsts).astype(dtype)
 
     @staticmethod
     def of(steps: StepProblem) -> _Nested | None:

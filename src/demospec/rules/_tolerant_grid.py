@@ -156,14 +156,10 @@ class _Cells:
 
     def _count_wrong(self, block: Block, limit: int, width: int) -> None:
         """Per T_min the fewest contradictions, and the excess of every cell."""
-        grid = Grid.__new__(Grid)
-        grid.component, grid.order = self.component, self.grid.order
-        cells = self.grid.others - self.low_radius
-        last = int(self.grid.order[-1])
-        m = len(cells)
+        m = len(self.grid.others)
         at = np.arange(m)
         change = np.zeros((m, width + 1), dtype=np.int64)
-        firsts = [grid._first(i, cells, last, width, limit) for i in range(len(block.rows))]
+        firsts = [self.grid.first(row, limit) for row in self.component.table]
         for i, first in enumerate(firsts):
             self._add(change, at, first, bool(block.valid[i]), 1)
         leaving: dict[int, list[int]] = {}
