@@ -234,7 +234,7 @@ def test_all_accepted_nothing_is_known_to_matter() -> None:
 
 
 def test_all_rejected_has_no_upper_end() -> None:
-    fit = fit_clearance(np.array([[5.0], [2.0]]), [False, False], ["plate"])
+    fit = fit_clearance(np.array([[5.0], [2.0]]), [False, False], ["plate"], trusted=True)
     assert fit.rule.relevant == ("plate",)
     assert fit.rule.interval["plate"] == (5.0, np.inf)
     assert fit.rule.value["plate"] > 5.0

@@ -18,6 +18,7 @@ from demospec.errors import InputError
 from demospec.frames import FloatArray
 from demospec.rules._clearance_company import in_company
 from demospec.rules._clearance_distance import Distance
+from demospec.rules._clearance_ends import is_shared
 from demospec.rules._clearance_evidence import (
     SLOPE,
     ClearancePrior,
@@ -26,7 +27,7 @@ from demospec.rules._clearance_evidence import (
     margins,
 )
 from demospec.rules._clearance_passes import Passes
-from demospec.rules._clearance_point import is_shared, point_answer
+from demospec.rules._clearance_point import point_answer
 from demospec.rules._clearance_posterior import (
     INCLUSION,
     SPREAD,

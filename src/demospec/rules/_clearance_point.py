@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from demospec.frames import FloatArray
+from demospec.rules._clearance_ends import SURE, Ends, ends_of, exact_share, together
 from demospec.rules._clearance_evidence import Particles, margins
 from demospec.rules._clearance_space import BoolArray, ClearanceSpace
 
@@ -36,7 +37,7 @@ class Point:
     """
 
     clearance: FloatArray
-    ends: dict[int, tuple[float, float]]
+    ends: dict[int, Ends]
     exact: bool
 
 
@@ -56,13 +57,15 @@ def point_answer(
         trusted: See `fit_clearance`.
     """
     weight = np.exp(particles.log_weight)
-    point = _most_probable(particles, weight, space)
+    sure = 0.5 if trusted else SURE
+    point = _most_probable(particles, weight, weight, space, sure)
     if space.consistent and not _agrees(point.clearance[None], nearest, valid)[0]:
         agrees = _agrees(particles.clearance, nearest, valid) & (particles.sigma == 0)
         # Where distances are probably wrong, to agree with every label is mere luck.
         exact = trusted or weight[particles.sigma == 0].sum() >= 0.5 * weight.sum()
         if exact and weight[agrees].sum() >= BELIEVED * weight.sum():
-            return _most_probable(particles, np.where(agrees, weight, 0.0), space)
+            agreeing = np.where(agrees, weight, 0.0)
+            return _most_probable(particles, agreeing, weight, space, 0.0 if trusted else SURE)
     return point
 
 
@@ -71,27 +74,38 @@ def _agrees(clearance: FloatArray, nearest: FloatArray, valid: BoolArray) -> Boo
     return np.asarray(((margins(nearest, clearance) >= 0) == valid).all(axis=1))
 
 
-def _most_probable(particles: Particles, weight: FloatArray, space: ClearanceSpace) -> Point:
+def _most_probable(
+    particles: Particles,
+    weight: FloatArray,
+    believed: FloatArray,
+    space: ClearanceSpace,
+    sure: float,
+) -> Point:
+    """The classes with the most weight and their mean clearances.
+
+    Args:
+        weight: (m,) of the rules to choose among.
+        believed: (m,) of all rules: what the intervals must hold.
+        sure: See `ends_of`.
+    """
     matters = np.isfinite(particles.clearance)
     rows, group = np.unique(matters, axis=0, return_inverse=True)
     mass = np.bincount(group.ravel(), weight, len(rows))
     first = int(np.lexsort((rows.sum(axis=1), -mass))[0])
-    columns = np.flatnonzero(rows[first])
-    mine = group.ravel() == first
-    together = mine & is_shared(particles)
-    if weight[together].sum() >= 0.5 * weight[mine].sum():
-        mine = together  # probably one clearance: then the answer names one
-    part = weight[mine]
-    # The ends that demonstrations set hold where distances are exact; else what is credible.
-    exactly = float(part @ (particles.sigma[mine] == 0)) >= 0.5 * float(part.sum())
-    exact = space.allows(columns.tolist()) and exactly
-    clearance, ends = np.full(len(rows[first]), -np.inf), {}
-    for k in columns.tolist():
-        column = particles.clearance[mine, k]
-        ends[k] = space.interval(columns.tolist(), k) if exact else _credible(column, part)
-        c = float(part @ column / part.sum())
-        clearance[k] = min(max(c, ends[k][0]), ends[k][1]) if exact else c
-    return Point(_raised(clearance, space) if exact else clearance, ends, exact)
+    columns = np.flatnonzero(rows[first]).tolist()
+    these = group.ravel() == first
+    part = together(particles, np.where(these, weight, 0.0))
+    # The ends that demonstrations set hold where distances are exact.
+    agreeing = space.allows(columns) and exact_share(particles, part) >= 0.5
+    every = together(particles, np.where(these, believed, 0.0))
+    ends, exact = ends_of(particles, every, space, columns, agreeing, sure)
+    mine = part > 0
+    mean = part[mine] @ particles.clearance[mine][:, columns] / part.sum()
+    clearance = np.full(len(rows[first]), -np.inf)
+    for k, c in zip(columns, mean.tolist(), strict=True):
+        low, high = space.interval(columns, k) if agreeing else ends[k]
+        clearance[k] = min(max(c, low), high)
+    return Point(_raised(clearance, space) if agreeing else clearance, ends, exact)
 
 
 def _raised(clearance: FloatArray, space: ClearanceSpace) -> FloatArray:
@@ -112,20 +126,3 @@ def _raised(clearance: FloatArray, space: ClearanceSpace) -> FloatArray:
     raised = clearance.copy()
     raised[chosen] = low + (needed + _INWARDS * (1.0 - needed)) * (high - low)
     return raised
-
-
-def is_shared(particles: Particles) -> BoolArray:
-    """(m,) particles whose classes that matter all have the same clearance."""
-    c = particles.clearance
-    high = c.max(axis=1, initial=-np.inf)
-    low = np.where(np.isfinite(c), c, np.inf).min(axis=1, initial=np.inf)
-    return np.asarray((high == low) | (low == np.inf))
-
-
-def _credible(values: FloatArray, weight: FloatArray) -> tuple[float, float]:
-    """Central 95 % of weighted values."""
-    order = np.argsort(values, kind="stable")
-    total = np.cumsum(weight[order]) / weight.sum()
-    low, high = np.searchsorted(total, (0.025, 0.975))
-    last = len(order) - 1
-    return float(values[order[min(low, last)]]), float(values[order[min(high, last)]])
