@@ -8,12 +8,16 @@ boxes [low, high] in (T_min, r), tied by T_min + c ≤ r_k ≤ T_min + d.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import prod
 
 import numpy as np
 
 from demospec.rules._measure import IntArray
 from demospec.rules._shared_points import BoolArray
 from demospec.rules._steps import Block, StepProblem
+
+_FEW_CELLS = 4096
+"""Cells times rows that are swept in about the time of one round of tightening."""
 
 
 @dataclass
@@ -67,12 +71,17 @@ def whole_domain(steps: StepProblem) -> Domain:
 def contact_domain(steps: StepProblem) -> Domain:
     """The box that the bounds and the contacts of valid rows allow; may be empty."""
     domain = whole_domain(steps)
+    _keep_off(steps, domain)
+    tie(domain, steps.problem.bounds.T_object)
+    return domain
+
+
+def _keep_off(steps: StepProblem, domain: Domain) -> None:
+    """T_min stays below every contact of a valid row."""
     for block in steps.blocks:
         nearest = block.closest[block.valid]
         if len(nearest):
             domain.T[1] = min(domain.T[1], int(nearest.min()) - 1)
-    tie(domain, steps.problem.bounds.T_object)
-    return domain
 
 
 def tie(domain: Domain, bounds: tuple[int, int]) -> None:
@@ -91,15 +100,16 @@ def tie(domain: Domain, bounds: tuple[int, int]) -> None:
 
 
 def tighten(steps: StepProblem, domain: Domain, limit: int) -> list[Component] | None:
-    """Tightens `domain` until nothing moves; None where nothing is left.
+    """Tightens `domain` until nothing moves or little is left; None where nothing is.
 
     Only for readings that separate into step functions (`StepProblem.separable`).
     """
     bounds = steps.problem.bounds.T_object
-    domain.T[1] = min(domain.T[1], contact_domain(steps).T[1])
+    _keep_off(steps, domain)
     left = {b: np.arange(len(block.rows)) for b, block in enumerate(steps.blocks)}
-    moved = True
-    while moved:
+    moved, rounds = True, 0
+    while moved and (rounds < 2 or not _few(left, domain)):
+        rounds += 1
         before = (tuple(domain.T), domain.low.tobytes(), domain.high.tobytes())
         tie(domain, bounds)
         if domain.empty:
@@ -116,15 +126,22 @@ def tighten(steps: StepProblem, domain: Domain, limit: int) -> list[Component] |
     return parts
 
 
+def _few(left: dict[int, IntArray], domain: Domain) -> bool:
+    """Whether all that is left is swept in the time of another round."""
+    widths: list[int] = sorted((domain.high - domain.low + 1).tolist())
+    return prod(widths[:-1]) * sum(map(len, left.values())) <= _FEW_CELLS
+
+
 def _tighten_block(block: Block, rows: IntArray, domain: Domain, limit: int) -> IntArray | None:
     """One round over the rows of one block; the rows that still matter, None if infeasible."""
     at = list(block.parameters)
-    low, high = domain.low[at], domain.high[at]
-    span = np.arange(len(at))
-    least = block.table[rows[:, None], span, low]
-    most = block.table[rows[:, None], span, high]
-    floor, ceiling = least.sum(axis=1), most.sum(axis=1)
-    valid, closest = block.valid[rows], block.closest[rows]
+    low, high = domain.low[at].tolist(), domain.high[at].tolist()
+    # Column by column: for the few parameters that there are, faster than one gather.
+    least = [block.table[:, k, r].take(rows) for k, r in enumerate(low)]
+    most = [block.table[:, k, r].take(rows) for k, r in enumerate(high)]
+    none = np.zeros(len(rows), dtype=np.int64)
+    floor, ceiling = sum(least, none), sum(most, none)
+    valid, closest = block.valid.take(rows), block.closest.take(rows)
     if (valid & (floor >= limit)).any():
         return None
     bad = ~valid
@@ -136,18 +153,19 @@ def _tighten_block(block: Block, rows: IntArray, domain: Domain, limit: int) -> 
     upper = valid & (ceiling >= limit)
     lower = bad & (floor < limit) & (closest > domain.T[0])
     must = lower & (closest > domain.T[1])
-    tops, bottoms = np.flatnonzero(upper), np.flatnonzero(must)
-    for k, (first, last) in enumerate(zip(low.tolist(), high.tolist(), strict=True)):
+    tops, bottoms = upper.nonzero()[0], must.nonzero()[0]
+    room, need = (limit - 1) - floor[tops], limit - ceiling[bottoms]
+    tall, deep = rows[tops], rows[bottoms]
+    for k, (first, last) in enumerate(zip(low, high, strict=True)):
         if first == last:
             continue
+        table = block.table[:, k, first : last + 1]
         if len(tops):
-            room = (limit - 1) - floor[tops] + least[tops, k]
-            fits = block.table[rows[tops], k, first : last + 1] <= room[:, None]
-            domain.high[at[k]] = min(domain.high[at[k]], first + int(fits.sum(axis=1).min()) - 1)
+            fits = table[tall] <= (room + least[k][tops])[:, None]
+            domain.high[at[k]] = min(last, first + int(fits.all(axis=0).sum()) - 1)
         if len(bottoms):
-            need = limit - ceiling[bottoms] + most[bottoms, k]
-            short = block.table[rows[bottoms], k, first : last + 1] < need[:, None]
-            domain.low[at[k]] = max(domain.low[at[k]], first + int(short.sum(axis=1).max()))
+            short = table[deep] < (need + most[k][bottoms])[:, None]
+            domain.low[at[k]] = max(first, first + int(short.any(axis=0).sum()))
     left: IntArray = rows[upper | lower]
     return left
 
@@ -196,6 +214,8 @@ def _alone(block: Block, k: int, domain: Domain) -> Component:
 
 def _together(uses: BoolArray) -> list[list[int]]:
     """Parameters (n, K) that some row depends on together, directly or through others."""
+    if uses.all(axis=1).any():  # one row ties all of them
+        return [list(range(uses.shape[1]))]
     groups = [{k} for k in range(uses.shape[1])]
     packed = np.packbits(uses, axis=1)
     for row in {bytes(code): i for i, code in enumerate(packed)}.values():

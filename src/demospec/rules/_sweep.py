@@ -15,6 +15,7 @@ import numpy as np
 
 from demospec.rules._domain import Component
 from demospec.rules._measure import IntArray
+from demospec.rules._shared_points import BoolArray
 
 _CHUNK_CELLS = 1 << 18
 
@@ -54,6 +55,8 @@ class Slices:
         least: (t,) smallest Σ_k r_k; `most` the largest. Meaningless where count is 0.
         n_least: (t,) number of radii that attain it; `n_most` likewise.
         low: (t, q) smallest r_k over the consistent radii; `high` the largest.
+        ends: (t, cells) which cells are left, and the last radius' ends in each; None where
+            they are too many to keep.
     """
 
     component: Component
@@ -66,6 +69,7 @@ class Slices:
     low: IntArray
     high: IntArray
     grid: Grid
+    ends: tuple[BoolArray, IntArray, IntArray] | None = None
 
     def optima(self, t: int, largest: bool, limit: int) -> IntArray:
         """(m, q) radii that attain the optimum at slice t, lexicographic, m ≤ limit."""
@@ -73,27 +77,36 @@ class Slices:
         if self.low.shape[1] == 1:
             only: IntArray = goal.reshape(1, 1)
             return only
-        others, low, high = self.grid.intervals(int(self.T[t]))
-        found = low <= high
-        last = (high if largest else low)[found]
-        radii: IntArray = np.column_stack([others[found], last])
-        radii = radii[radii.sum(axis=1) == goal][:, np.argsort(self.grid.order)]
+        others, low, high = self._intervals(t)
+        radii: IntArray = np.column_stack([others, high if largest else low])
+        radii = radii[radii.sum(axis=1) == goal][:, self.grid.place]
         return first_rows(radii, limit)
 
     def consistent(self, t: int) -> IntArray:
         """(count, q) all consistent radii at slice t."""
-        others, low, high = self.grid.intervals(int(self.T[t]))
-        found = low <= high
-        others, low, high = others[found], low[found], high[found]
+        others, low, high = self._intervals(t)
         sizes = high - low + 1
         start = np.repeat(np.cumsum(sizes) - sizes, sizes)
         last = np.repeat(low, sizes) + np.arange(int(sizes.sum())) - start
         radii = np.column_stack([np.repeat(others, sizes, axis=0), last])
-        return radii[:, np.argsort(self.grid.order)]
+        return radii[:, self.grid.place]
+
+    def _intervals(self, t: int) -> tuple[IntArray, IntArray, IntArray]:
+        """Others (m, q − 1), least and greatest last radius (m,) of the cells left at slice t."""
+        if self.ends is not None:
+            left, low, high = (part[t] for part in self.ends)
+        else:
+            inside, lows, highs = self.grid.limits(self.T[t : t + 1])
+            low, high = lows[0], highs[0]
+            left = inside[0] & (low <= high)
+        at = left.nonzero()[0]
+        return self.grid.others[at], low[at], high[at]
 
 
 def first_rows(rows: IntArray, limit: int) -> IntArray:
     """The first rows in lexicographic order."""
+    if len(rows) == 1:
+        return rows[:limit]
     chosen: IntArray = rows[np.lexsort(rows.T[::-1])[:limit]]
     return chosen
 
@@ -112,6 +125,7 @@ class Grid:
         last = self.width.index(max(self.width))
         order = [k for k in range(q) if k != last]
         self.order = np.array([*order, last])
+        self.place = np.argsort(self.order)
         axes = [np.arange(low[k], low[k] + self.width[k]) for k in order]
         if q == 2:
             self.others = axes[0][:, None]
@@ -132,7 +146,7 @@ class Grid:
         for i in np.flatnonzero(part.valid).tolist():
             steps, need = self._row(part.table[i], limit)
             # Few rows are the first to bind in a cell: of the others a look-up is all.
-            at = np.flatnonzero(steps[upper] >= need)
+            at = (steps[upper] >= need).nonzero()[0]
             upper[at] = _reached(steps, need[at]) - 1
         self.upper = upper + self.low
         if not len(rows):
@@ -155,7 +169,7 @@ class Grid:
                 lower[stretch] = running
                 stretch -= 1
             steps, need = self._row(part.table[i], limit)
-            at = np.flatnonzero(steps[running] < need)
+            at = (steps[running] < need).nonzero()[0]
             running[at] = _reached(steps, need[at])
         lower[: stretch + 1] = running
         self.lower = lower + self.low  # lower[j]: rows with level ≥ levels[j]
@@ -171,11 +185,6 @@ class Grid:
         for k in others:
             lacking = lacking[..., None] - table[k, : self.width[k]]
         return np.concatenate([table[last, : self.width[last]], _ENDS]), lacking.ravel()
-
-    def intervals(self, T: int) -> tuple[IntArray, IntArray, IntArray]:
-        """Others (m, q − 1), least and greatest last radius (m,), at one T_min."""
-        inside, low, high = self.limits(np.array([T]))
-        return self.others[inside[0]], low[0][inside[0]], high[0][inside[0]]
 
     def limits(self, T: IntArray) -> tuple[IntArray, IntArray, IntArray]:
         """Per T_min and cell: whether the others obey the bounds; the last one's ends."""
@@ -218,7 +227,7 @@ def sweep(component: Component, limit: int, T: IntArray, bounds: tuple[int, int]
         view = slice(start, min(start + step, len(T)))
         inside, low, high = grid.limits(T[view])
         size = high - low + 1
-        some = inside & (size > 0)
+        some: BoolArray = np.logical_and(inside, size > 0)
         out["count"][view] = np.where(some, size, 0).sum(axis=1)
         least = np.where(some, total + low, far)
         most = np.where(some, total + high, -far)
@@ -238,7 +247,7 @@ def sweep(component: Component, limit: int, T: IntArray, bounds: tuple[int, int]
         highs[view, grid.order[-1]] = np.where(some, high, -far).max(axis=1)
     return Slices(
         component, T, out["count"], out["least"], out["n_least"], out["most"], out["n_most"],
-        lows, highs, grid,
+        lows, highs, grid, (some, low, high) if step >= len(T) else None,
     )  # fmt: skip
 
 
