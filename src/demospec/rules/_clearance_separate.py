@@ -6,7 +6,8 @@ wider, proposals; evenly spread (Halton) points through them estimate the eviden
 numbers: the same data give the same answer.
 
 One clearance at a time can end where a label is contradicted and no single step mends it. Where
-some clearances of the subset agree with every label, a second round of proposals starts there.
+some clearances of the subset agree with every label, but none that was drawn, as many are drawn
+about those.
 """
 
 from __future__ import annotations
@@ -61,16 +62,24 @@ def separate_particles(
     near = nearest[:, columns]
     shares = prior.share(near)
     smear = 3 * max((noise.sigma for noise in noises), default=0.0)
-    points, log_q = [], []
-    for begin in _starts(shares, valid, float(prior.share(np.array(start))), prior, table):
-        drawn, part = _proposed(shares, valid, begin, prior, table, smear)
-        points.append(prior.clearance(drawn))
-        log_q.append(part)
-    log_prior = -np.concatenate(log_q) - np.log(_POINTS * len(points))
-    count = len(log_prior)
+    begin = np.full(len(columns), float(prior.share(np.array(start))))
+    begin = _settled(shares, valid, begin, table)
+    drawn, log_q = _proposed(shares, valid, begin, prior, table, smear)
+    points = prior.clearance(drawn)
+    gap = margins(near, points)
+    # The largest clearances that every accepted demonstration keeps explain most rejections.
+    largest = shares[valid].min(axis=0, initial=1.0)
+    can = _agree(margins(near, prior.clearance(largest[None])), valid)
+    if can and not _agree(gap, valid):
+        again = _settled(shares, valid, largest, table)
+        drawn, log_more = _proposed(shares, valid, again, prior, table, smear)
+        more = prior.clearance(drawn)
+        points, log_q = np.concatenate([points, more]), np.concatenate([log_q, log_more])
+        gap = np.concatenate([gap, margins(near, more)])
+    count = len(points)
+    log_prior = -log_q - np.log(count)
     clearance = np.full((count, nearest.shape[1]), -np.inf)
-    clearance[:, columns] = np.concatenate(points)
-    gap = margins(near, clearance[:, columns])
+    clearance[:, columns] = points
     none = table[((gap >= 0) != valid).sum(axis=1)]
     parts = [Particles(log_prior + none + clean, clearance, np.zeros(count))]
     for noise in noises:
@@ -81,22 +90,9 @@ def separate_particles(
     return Particles.joined(parts)
 
 
-def _starts(
-    shares: FloatArray, valid: BoolArray, start: float, prior: ClearancePrior, table: FloatArray
-) -> list[FloatArray]:
-    """One or two good points (prior shares, one for each class) to draw about."""
-    settled = _settled(shares, valid, np.full(shares.shape[1], start), table)
-    if _agrees(shares, valid, settled):
-        return [settled]
-    # The largest clearances that every accepted demonstration keeps explain most rejections.
-    largest = np.minimum(shares[valid].min(axis=0, initial=1.0), 1.0)
-    if not _agrees(shares, valid, largest):
-        return [settled]
-    return [settled, _settled(shares, valid, largest, table)]
-
-
-def _agrees(shares: FloatArray, valid: BoolArray, clearance: FloatArray) -> bool:
-    return bool(((shares >= clearance).all(axis=1) == valid).all())
+def _agree(gap: FloatArray, valid: BoolArray) -> bool:
+    """Whether any of some clearances, with margins (m, n), agree with every label."""
+    return bool(((gap >= 0) == valid).all(axis=1).any())
 
 
 def _settled(
