@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -38,6 +40,18 @@ def test_a_table_that_a_person_understands(
     assert "cm) from glasses; nothing else matters" in words
     assert "no demonstration was rejected: nothing is known to matter" in words
     assert "Clearance by class" in words
+
+
+def test_it_loads_what_it_needs_and_no_more(folder: Path) -> None:
+    unused = ("PIL", "pyarrow.compute", "demospec.cli._fit", "demospec.scene._compose")
+    code = (
+        "import sys; from demospec.cli import main\n"
+        f"try: main(['rules', {str(folder)!r}, '--json'])\n"
+        f"except SystemExit: print([m for m in {unused!r} if m in sys.modules], file=sys.stderr)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert json.loads(done.stdout)["types"]
+    assert done.stderr.splitlines()[-1] == "[]"
 
 
 def test_json_is_the_contract_and_a_model(
