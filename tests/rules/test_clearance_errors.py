@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from math import erf, sqrt
+from typing import Any
 
 import numpy as np
 import pytest
@@ -78,6 +79,25 @@ def test_one_accepted_path_is_a_normal_distribution_function() -> None:
     log_p = offset_labels(found, np.array([True]), GLASS, c, 2.0, (1e-9,))[0]
     expected = [normal_below((3.0 - x) / 2.0) for x in c]
     np.testing.assert_allclose(np.exp(log_p), expected, atol=0.02)
+
+
+def test_the_fewer_cells_a_clearance_can_lie_in_the_more_errors_are_drawn(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    asked = []
+
+    def spied(*arguments: Any) -> list[np.ndarray]:
+        asked.append((len(arguments[3]), arguments[6]))
+        return offset_labels(*arguments)
+
+    monkeypatch.setattr("demospec.rules._clearance_errors.offset_labels", spied)
+    for each in (1, 10):
+        one = shown(11, RULE, each, 2.0)
+        fit_clearance(one.nearest, one.valid, SYMBOLS, passes=one.passes)
+    assert {cells for cells, draws in asked if draws == 128} > {20}
+    close = [cells * draws for cells, draws in asked if draws > 128]
+    assert close
+    assert max(close) <= 80 * 128
 
 
 def test_two_paths_past_one_object_share_its_error() -> None:

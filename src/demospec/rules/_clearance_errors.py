@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -20,7 +21,7 @@ from demospec.rules._clearance_evidence import (
     log_sum,
     noisy_labels,
 )
-from demospec.rules._clearance_offsets import offset_labels
+from demospec.rules._clearance_offsets import DRAWS, offset_labels
 from demospec.rules._clearance_passes import Passes
 from demospec.rules._clearance_space import BoolArray
 from demospec.rules._clearance_subsets import nearest_of
@@ -33,6 +34,11 @@ _RIVALS = 9.0
 
 _REACH = 10.0  # hundredths of the table about the likeliest clearance
 _CELLS = 80
+_COARSE = 4  # cells taken together at first
+_FAINT_SIZE = 0.002
+_FAINT_CELL = 1e-3
+"""Shares of the weight below which a size of error, or a cell (of the largest), is not looked at
+more closely."""
 
 
 @dataclass(frozen=True)
@@ -124,31 +130,56 @@ class Errors:
         return out
 
     def _by_objects(self, member: BoolArray, valid: BoolArray, passes: Passes) -> Particles:
-        """One clearance for some classes; every object's position has an error."""
+        """One clearance for some classes; every object's position has an error.
 
-        def labels(clearance: FloatArray, noise: Noise) -> list[FloatArray]:
-            return offset_labels(passes, valid, member, clearance, noise.sigma, noise.rates)
+        First roughly; then, for the sizes of error that are likely, cell by cell where the
+        clearance may lie: the fewer cells, the more errors are drawn for each.
+        """
 
-        return self._grid(member, labels)
+        def labels(clearance: FloatArray, noise: Noise, count: int = DRAWS) -> list[FloatArray]:
+            return offset_labels(passes, valid, member, clearance, noise.sigma, noise.rates, count)
+
+        if not member.any():
+            return self._grid(member, labels)
+        edges = self._edges()
+        parts = [self._on(member, edges[::_COARSE], labels, noise) for noise in self.noises]
+        most = log_sum(np.concatenate([part.log_weight for part in parts]))
+        for i, noise in enumerate(self.noises):
+            rough = parts[i].log_weight.reshape(len(noise.rates), -1).max(axis=0)
+            if log_sum(rough) < most + np.log(_FAINT_SIZE):
+                continue
+            likely = np.flatnonzero(rough > rough.max() + np.log(_FAINT_CELL))
+            low = _COARSE * max(int(likely[0]) - 1, 0)
+            fine = edges[low : _COARSE * (int(likely[-1]) + 2) + 1]
+            draws = DRAWS * max(_CELLS // (len(fine) - 1), 1)
+            parts[i] = self._on(member, fine, partial(labels, count=draws), noise)
+        return Particles.joined(parts)
 
     def _grid(self, member: BoolArray, labels: Labels) -> Particles:
         """One shared clearance: a grid about the likeliest."""
-        prior, unit = self.prior, self.unit
+        edges = self._edges()
+        return Particles.joined([self._on(member, edges, labels, noise) for noise in self.noises])
+
+    def _edges(self) -> FloatArray:
+        """Of the grid's cells."""
+        low = max(self.prior.floor, self.start - _REACH * self.unit)
+        high = min(self.prior.reach, self.start + _REACH * self.unit)
+        return np.linspace(low, max(high, low + 1e-9 * self.unit), _CELLS + 1)
+
+    def _on(self, member: BoolArray, edges: FloatArray, labels: Labels, noise: Noise) -> Particles:
+        """Cells of the shared clearance, with one size of error."""
         if member.any():
-            low = max(prior.floor, self.start - _REACH * unit)
-            high = min(prior.reach, self.start + _REACH * unit)
-            edges = np.linspace(low, max(high, low + 1e-9 * unit), _CELLS + 1)
             middle = (edges[1:] + edges[:-1]) / 2
-            log_width = np.log(np.diff(prior.share(edges)) + 1e-300)
+            log_width = np.log(np.diff(self.prior.share(edges)) + 1e-300)
         else:
-            middle, log_width = np.array([prior.floor]), np.zeros(1)
+            middle, log_width = np.array([self.prior.floor]), np.zeros(1)
         clearance = np.where(member, middle[:, None], -np.inf)
-        parts = []
-        for noise in self.noises:
-            for likelihood, log_case in zip(labels(middle, noise), noise.log_prior, strict=True):
-                weight = likelihood + log_case + log_width
-                parts.append(Particles(weight, clearance, np.full(len(middle), noise.sigma)))
-        return Particles.joined(parts)
+        return Particles.joined(
+            [
+                Particles(weight + case + log_width, clearance, np.full(len(middle), noise.sigma))
+                for weight, case in zip(labels(middle, noise), noise.log_prior, strict=True)
+            ]
+        )
 
 
 Labels = Callable[[FloatArray, Noise], list[FloatArray]]
