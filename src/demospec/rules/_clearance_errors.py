@@ -35,6 +35,9 @@ _RIVALS = 9.0
 _REACH = 10.0  # hundredths of the table about the likeliest clearance
 _CELLS = 80
 _COARSE = 4  # cells taken together at first
+_FEW = 20
+"""Fewer demonstrations leave the clearance open: a rough look would be made for nothing."""
+
 _FAINT_SIZE = 0.002
 _FAINT_CELL = 1e-3
 """Shares of the weight below which a size of error, or a cell (of the largest), is not looked at
@@ -139,7 +142,7 @@ class Errors:
         def labels(clearance: FloatArray, noise: Noise, count: int = DRAWS) -> list[FloatArray]:
             return offset_labels(passes, valid, member, clearance, noise.sigma, noise.rates, count)
 
-        if not member.any():
+        if not member.any() or len(valid) < _FEW:
             return self._grid(member, labels)
         edges = self._edges()
         parts = [self._on(member, edges[::_COARSE], labels, noise) for noise in self.noises]
