@@ -34,7 +34,7 @@ MUTATIONS = [
     ("_measure", "(isqrt(four.numerator // four.denominator) + 1) // 2",
      "isqrt(four.numerator // four.denominator) // 2", "direct"),
     ("_domain", "(floor >= limit)", "(floor >= limit - 1)", "exact"),
-    ("_domain", "room = (limit - 1) - floor", "room = (limit - 2) - floor", "exact"),
+    ("_domain", "(limit - 1) - floor[tops]", "(limit - 2) - floor[tops]", "exact"),
     ("_domain", "ceiling < limit)", "ceiling <= limit)", "exact"),
     ("_domain", "int(nearest.min()) - 1)", "int(nearest.min()))", "exact"),
     ("_sweep", 'side="left")[::-1]', 'side="right")[::-1]', "exact"),
@@ -108,10 +108,11 @@ def mutated():
     def install(module: str, old: str, new: str):
         for name in kept:
             sys.modules.pop(name, None)
-        finders.append(_Finder(module, old, new))
+        finder = _Finder(module, old, new)
         # Here, since a mutant that cannot even be imported counts as noticed.
-        path = finders[-1].loader.path
+        path = finder.loader.path
         assert old in path.read_text(encoding="utf-8"), f"{path.name} no longer has: {old}"
+        finders.append(finder)
         sys.meta_path.insert(0, finders[-1])
         return importlib.import_module("demospec.rules")
 
