@@ -36,8 +36,8 @@ def repair(
     ] = 30,
     confidence: Annotated[
         float,
-        typer.Option("--confidence", min=0.5, max=0.999, help="p(valid) that a repair reaches."),
-    ] = 0.9,
+        typer.Option("--confidence", min=0.5, max=0.99999, help="p(valid) that a repair reaches."),
+    ] = 0.999,
     json: Json = False,
     out: Out = None,
 ) -> None:

@@ -36,13 +36,14 @@ class RepairSettings:
         step: Length of the first step, as a share of the plane's longer side; later ones get
             shorter. (The paper states no length.)
         confidence: A repair holds where p(valid) is at least this; > 0.5 keeps a distance
-            from the model's own boundary, which is not exactly the true one.
+            from the model's own boundary, which is not exactly the true one. The nearest
+            boundary is where a model is likeliest to be wrong: p there promises too much.
     """
 
     particles: int = 16
     steps: int = STEPS
     step: float = 0.08
-    confidence: float = 0.9
+    confidence: float = 0.999
 
     def __post_init__(self) -> None:
         if not 1 <= self.particles <= MAX_PARTICLES:
