@@ -58,7 +58,8 @@ def repair_study(
         examples}; lengths in set units.
     """
     out: dict[str, Any] = {}
-    settings = RepairSettings(particles=particles)
+    # The paper stops where its model is content, and states no number.
+    settings = RepairSettings(particles=particles, confidence=0.9)
     each = -(-starts // len(scenes))
     for t, type_ in enumerate(truth.types):
         rng = np.random.default_rng([seed, t])
