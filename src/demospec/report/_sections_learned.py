@@ -137,6 +137,13 @@ def sure(run: Run) -> Section | None:
     return Section("sure", "How sure that is", tuple(blocks))
 
 
+CREDIBLE = "†"
+CREDIBLE_NOTE = (
+    "† 95 % credible: labels contradict each other, or too few of them show that the distances "
+    "to the listed objects are exact."
+)
+
+
 def _clearances(run: Run, types: dict[str, Any]) -> Table:
     scale = run.data.metres_per_unit
     rows: list[tuple[str, ...]] = []
@@ -149,7 +156,8 @@ def _clearances(run: Run, types: dict[str, Any]) -> Table:
             value = clearance.get("value", {}).get(symbol)
             ends = clearance.get("interval", {}).get(symbol)
             cm = [] if not scale else [number(None if value is None else 100 * scale * value)]
-            told = bracket(ends, 2) + ("" if evidence.get("interval", "exact") == "exact" else "*")
+            exact = evidence.get("interval", "exact") == "exact"
+            told = bracket(ends, 2) + ("" if exact else CREDIBLE)
             rows.append((type_, symbol, number(value), told, *cm, _chance(chance, symbol), count))
         blank = ("–",) * (3 if scale else 2)
         for symbol in uninformed:
@@ -163,11 +171,11 @@ def _clearances(run: Run, types: dict[str, Any]) -> Table:
             rows.append((type_, these, "none", *blank[1:], told, count))
     header = ("type", "class", f"clearance ({run.data.units})", f"allowed ({run.data.units})")
     cm_header = ("clearance (cm)",) if scale else ()
-    some = any("*" in row[3] for row in rows)
+    some = any(row[3].endswith(CREDIBLE) for row in rows)
     return Table(
         (*header, *cm_header, "probability that it matters", "n (rejected)"),
         tuple(rows),
-        note="* labels contradict each other, so this is a 95 % credible interval." if some else "",
+        note=CREDIBLE_NOTE if some else "",
     )
 
 
