@@ -279,6 +279,9 @@ def test_workers_and_urls_answer_as_one_process(
             answers.append(without_seconds(json.loads(out)))
         assert answers[0] == answers[1]
         assert answers[0] == answers[2]
+    status, _, err = run(capsys, "rules", folder, "--enough", "--workers", 2)
+    assert status == 2
+    assert "--enough: expected one process, found --workers or --cluster" in err
     status, _, err = run(capsys, "rules", f"file://{folder}-gone")
     assert status == 2
     assert "Traceback" not in err

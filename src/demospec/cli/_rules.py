@@ -110,6 +110,8 @@ def rules(
     _one_of("--reading", reading, (None, *readings))
     settings: dict[str, Any] = {"preset": preset, "reading": reading, "F_max": f_max}
     settings = {key: value for key, value in settings.items() if value is not None}
+    if enough and (workers > 1 or cluster is not None):
+        raise InputError("one process", "--workers or --cluster", field="--enough")
     if enough:
         within = None if split == "all" else split
         chosen: dict[str, Any] = {"sharing": sharing, "distance": distance, "split": within}

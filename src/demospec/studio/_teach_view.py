@@ -331,12 +331,11 @@ class TeachView:
             asked = culprits(state.conflicts)
             for some in asked[:3]:
                 with ui.element("div").classes("conflict").props("role=group"):
-                    if len(some) > 1:
-                        ui.html(culprit_words(some), sanitize=False, tag="p")
-                    else:
-                        ui.html(conflict_words(some[0]), sanitize=False, tag="p")
-                    self._choice("Keep" if len(some) == 1 else "Keep all", "keep", some)
-                    if len(some) == 1:
+                    alone = len(some) == 1
+                    words = conflict_words(some[0]) if alone else culprit_words(some)
+                    ui.html(words, sanitize=False, tag="p")
+                    self._choice("Keep" if alone else "Keep all", "keep", some)
+                    if alone:
                         name = some[0].demo_id
                         self._choice(f"Accept {short_name(name)}", "change", (name, True))
                     for other in some[0].against:
