@@ -16,6 +16,7 @@ from small_sets import digest, small_set, write_small
 from demospec.cli import main
 from demospec.demonstrations import DemonstrationSet, check_set, edit, read_set, write_set
 from demospec.errors import InputError, OutputError
+from demospec.scene import Picture
 
 OPERATIONS: dict[str, list[str]] = {
     "split": ["--test-share", "0.5"],
@@ -239,3 +240,19 @@ def test_a_really_full_disk(tmp_path: Path) -> None:
         assert [p.name for p in disk.iterdir()] == ["filling"]
     finally:
         subprocess.run(["umount", str(disk)], check=True)
+
+
+@pytest.mark.parametrize("factor", [0.64, 0.4])
+def test_rescaling_a_picture_moves_nothing_in_it(factor: float) -> None:
+    """A disc's centre goes where the set says, to a twentieth of a pixel (a box filter: 0.1)."""
+    axis = np.arange(100) + 0.5
+    for x, y in ((31.7, 42.2), (60.4, 55.9), (48.1, 47.6)):
+        inside = np.clip(9.5 - np.hypot(*np.meshgrid(axis - x, axis - y)), 0.0, 1.0)
+        pixels = np.repeat(np.asarray(inside * 255 + 0.5, np.uint8)[..., None], 3, axis=2)
+        data = small_set()
+        shown = replace(data.scenes[0], picture=Picture(array=pixels))
+        data = replace(data, scenes=(shown, *data.scenes[1:]))
+        small = edit.rescale(data, factor).scenes[0].pixels().mean(axis=2)
+        at = np.arange(len(small)) + 0.5
+        found = np.array([small.sum(axis=0) @ at, small.sum(axis=1) @ at]) / small.sum()
+        assert np.abs(found - np.array([x, y]) * factor).max() < 0.05

@@ -75,7 +75,7 @@ def test_answers_agree_with_one_another(bank: NoiseBank) -> None:
     for seed in range(6):
         picture, planes = make_picture(np.random.default_rng(seed), bank)
         distance, kind, thing = planes[0], planes[5], planes[6]
-        assert picture.shape == (100, 100, 3)
+        assert picture.shape == (160, 160, 3)
         assert picture.dtype == np.uint8
         assert np.isfinite(planes).all()
         # Where one sees a thing the distance is negative, and elsewhere nothing is said.

@@ -37,8 +37,10 @@ def plate_on_table(
     return np.clip(picture, 0, 255).astype(np.uint8)
 
 
-def exact(discs: tuple[tuple[float, float, float], ...]) -> np.ndarray:
-    x, y = np.meshgrid(np.arange(100) + 0.5, np.arange(100) + 0.5)
+def exact(discs: tuple[tuple[float, float, float], ...], cells: int = 100) -> np.ndarray:
+    """At the centres of so many cells along the 100 px of a picture."""
+    axis = (np.arange(cells) + 0.5) * (100.0 / cells)
+    x, y = np.meshgrid(axis, axis)
     return np.min([np.hypot(x - cx, y - cy) - r for cx, cy, r in discs], axis=0)
 
 
@@ -56,10 +58,10 @@ def test_two_discs_are_two_slots_with_right_centres() -> None:
 def test_distance_near_a_disc_has_no_half_pixel_bias() -> None:
     """A grid shifted by half a pixel would show as ±0.5 px between opposite sides."""
     truth = exact(DISCS)
-    gap = look(plate_on_table(DISCS)).distance - truth
+    x, y = np.meshgrid(np.arange(100) + 0.5, np.arange(100) + 0.5)
+    gap = look(plate_on_table(DISCS)).distance_at(np.stack([x, y], axis=-1)) - truth
     near = np.abs(truth) < 4
     assert np.abs(gap[near]).mean() < 0.4
-    x, y = np.meshgrid(np.arange(100) + 0.5, np.arange(100) + 0.5)
     for axis in (x - 30.0, y - 34.0):
         one, other = near & (axis > 6) & (x < 50), near & (axis < -6) & (x < 50)
         assert abs(gap[one].mean() - gap[other].mean()) < 0.3
@@ -71,7 +73,7 @@ def test_a_turned_picture_gives_the_turned_distance(turn: int) -> None:
     turned = turned_array(picture.transpose(2, 0, 1), turn).transpose(1, 2, 0)
     here = look(picture).distance
     there = turned_back(look(np.ascontiguousarray(turned)).distance, turn)
-    near = np.abs(exact(DISCS)) < 6
+    near = np.abs(exact(DISCS, len(here))) < 6
     assert np.abs(here - there)[near].mean() < 0.25
 
 
@@ -100,7 +102,7 @@ def test_any_picture_size(size: tuple[int, int]) -> None:
 
 
 @pytest.mark.parametrize("quality", [35, 60])
-def test_jpeg_noise_adds_little_error_to_distance(quality: int) -> None:
+def test_distances_hold_through_jpeg(quality: int) -> None:
     """On eight simulated scenes, against the listed outlines, within 6 px of a rim."""
     data, _ = simulate_set(train_scenes=1, test_scenes=8, demonstrations=1, seed=9)
     plain, packed = [], []
@@ -112,9 +114,10 @@ def test_jpeg_noise_adds_little_error_to_distance(quality: int) -> None:
         points = np.stack([x, y], axis=-1)
         true = np.min([o.outline.signed_distance(points) for o in scene.objects], axis=0)
         near = np.abs(true) < 6
-        plain.append(np.abs(look(picture).distance - true)[near].mean())
-        packed.append(np.abs(look(noisy).distance - true)[near].mean())
-    assert np.mean(packed) - np.mean(plain) < 0.35
+        for seen, errors in ((picture, plain), (noisy, packed)):
+            errors.append(np.abs(look(seen).distance_at(points) - true)[near].mean())
+    assert np.mean(plain) < 0.45  # 0.57 with a body that looked at 100 pixels
+    assert np.mean(packed) < 0.75  # 0.90 and 0.71 with that
 
 
 def test_the_shipped_body_holds_its_recipe() -> None:

@@ -24,6 +24,8 @@ def tiny(**changes: object) -> PretrainSettings:
         "body": SMALL,
         "seed": 3,
         "judge_pictures": 4,
+        "joiner_pictures": 40,
+        "doubt_pictures": 4,
     }
     return PretrainSettings(**{**plain, **changes})  # type: ignore[arg-type]
 
@@ -64,7 +66,7 @@ def test_the_recipe_is_saved_inside(first: Path) -> None:
     assert recipe["command"] == "as in the test"
     assert recipe["settings"]["seed"] == 3
     assert recipe["began_from"] is None
-    assert look(np.full((40, 40, 3), 90, np.uint8), body=load_body(first)).grid == (100, 100)
+    assert look(np.full((40, 40, 3), 90, np.uint8), body=load_body(first)).grid == (160, 160)
 
 
 def test_going_on_keeps_the_first_recipe(first: Path, tmp_path: Path) -> None:
@@ -74,21 +76,22 @@ def test_going_on_keeps_the_first_recipe(first: Path, tmp_path: Path) -> None:
     assert recipe["began_from"]["settings"]["seed"] == 3
     assert recipe["steps_done"] == 2
     before, after = weights(first), weights(out)
-    trained = [k for k in before if not k.startswith(("judge_", "joiner_"))]
+    trained = [k for k in before if not k.startswith(("judge_", "joiner_", "doubt."))]
     gap = [np.abs(before[k] - after[k]).max() for k in trained]
     assert 0 < max(gap) < 0.01  # gone on from there, not begun anew
     with pytest.raises(InputError, match="init"):
         pretrain(tmp_path / "x.safetensors", tiny(init=str(first), body=BodySize(16, 8, 8, 4)))
 
 
-def test_no_steps_from_given_weights_fit_joiner_and_judge_alone(
+def test_no_steps_from_given_weights_fit_joiner_judge_and_doubt_alone(
     first: Path, tmp_path: Path
 ) -> None:
     out = tmp_path / "judged.safetensors"
     pretrain(out, tiny(init=str(first), steps=0, seed=8))
     before, after = weights(first), weights(out)
     changed = {k for k in before if (before[k] != after[k]).any()}
-    assert {k.split("_")[0] for k in changed} <= {"judge", "joiner"}
+    assert all(k.startswith(("judge_", "joiner_", "doubt.")) for k in changed)
+    assert any(k.startswith("doubt.") for k in changed)
 
 
 def test_ctrl_c_leaves_whole_weights(tmp_path: Path) -> None:
@@ -108,7 +111,7 @@ def test_ctrl_c_leaves_whole_weights(tmp_path: Path) -> None:
     ("field", "value"),
     [("steps", 0), ("batch", 0), ("workers", -1), ("lr", 0.0), ("lr", float("nan")),
      ("reuse", 0.0), ("clear_share", 1.0), ("rendered", 1.5), ("judge_pictures", 0),
-     ("joiner_pictures", 0), ("size_px", 8), ("average", 1.5)],
+     ("joiner_pictures", 0), ("doubt_pictures", 0), ("size_px", 8), ("average", 1.5)],
 )  # fmt: skip
 def test_bad_settings_are_refused(field: str, value: float) -> None:
     with pytest.raises(InputError, match=field):

@@ -37,7 +37,7 @@ def test_outline_of_a_solid_is_that_of_its_dense_raster(kind: int) -> None:
         rows, columns = np.mgrid[0 : mask.shape[0] : 7, 0 : mask.shape[1] : 7]
         x = (columns + 0.5) / FINE - 5 - half[0] / FINE
         y = (rows + 0.5) / FINE - 5 - half[1] / FINE
-        rim = outline(solid.mesh, 400)
+        rim = outline(solid.mesh, 700)
         rim[:, 1] *= -1
         found = Polygon(rim).signed_distance(np.stack([x, y], axis=-1))
         gap = np.abs(found - exact[rows, columns])
@@ -48,9 +48,9 @@ def test_outline_of_a_solid_is_that_of_its_dense_raster(kind: int) -> None:
 
 def test_answers_agree_with_one_another(bank: NoiseBank) -> None:
     for seed in range(4):
-        picture, planes = render_picture(np.random.default_rng(seed), bank, 100, kind_shares())
+        picture, planes = render_picture(np.random.default_rng(seed), bank, 160, kind_shares())
         distance, kind, thing = planes[0], planes[5], planes[6]
-        assert picture.shape == (100, 100, 3)
+        assert picture.shape == (160, 160, 3)
         assert picture.dtype == np.uint8
         assert np.isfinite(planes).all()
         assert ((thing >= 0) == (distance < 0)).all()
@@ -63,7 +63,7 @@ def test_a_thing_is_drawn_where_its_distance_says(bank: NoiseBank) -> None:
     """Without the thing the picture is the table: what differs inside is it, outside its shadow."""
     inside, outside = [], []
     for seed in range(12):
-        picture, planes = render_picture(np.random.default_rng(seed), bank, 100, kind_shares())
+        picture, planes = render_picture(np.random.default_rng(seed), bank, 160, kind_shares())
         grey = picture.astype(float).mean(axis=2)
         steep = np.hypot(*np.gradient(grey))
         rim, table = np.abs(planes[0]) < 0.8, planes[0] > 12
@@ -83,8 +83,8 @@ def test_the_shipped_judge_tells_things_from_nothing() -> None:
     """Pictures that neither the body nor its judge was shown."""
     body = load_body()
     things, nothing, right = [], [], []
-    for picture, planes in zip(*paint(9_000_017, 0, 60, 100), strict=True):
-        for slot in look(picture, body=body).slots:
+    for picture, planes in zip(*paint(9_000_017, 0, 60, 160), strict=True):
+        for slot in look(picture, body=body, scale=1.0).slots:
             what = owner_in(planes, slot)
             if what == len(KINDS):
                 nothing.append(slot.confidence)

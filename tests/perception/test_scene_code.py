@@ -107,7 +107,8 @@ def test_what_is_no_slot_is_not_drawn() -> None:
     sight = look(scene.pixels())
     blind = replace(sight, slots=())
     lost = draw_scene_code(read_scene_code(blind, pixels=scene.pixels()))
-    inside = sight.distance < -1
+    y, x = np.mgrid[0:100, 0:100] + 0.5
+    inside = sight.distance_at(np.stack([x, y], axis=-1)) < -1
     kept = draw_scene_code(read_scene_code(sight, pixels=scene.pixels()))
     error = [np.abs(p.astype(float) - scene.pixels())[inside].mean() for p in (lost, kept)]
     assert error[0] > 3 * error[1]

@@ -25,3 +25,28 @@ def test_distance_to_one_thing_is_right_over_another():
     assert len(slots) == 2
     for slot, exact in zip(slots, (first, second), strict=True):
         assert np.abs(slot.distance - exact).max() < 0.5
+
+
+def test_near_the_answers_count_and_far_off_the_rim():
+    """A faint handle: no rim of its own, but lower answers on its side."""
+    y, x = np.mgrid[0:100, 0:100] + 0.5
+    disc = np.hypot(x - 40, y - 50) - 8
+    bump = 0.8 * np.exp(-((x - 51) ** 2 + (y - 50) ** 2) / 4.0)
+    answers = np.zeros((12, 100, 100), np.float32)
+    answers[0] = disc - np.where(disc > 1.7, bump, 0.0)
+    features, context = np.zeros((4, 52, 52), np.float32), np.zeros((4, 13, 13), np.float32)
+    planes = np.full((3, 100, 100), 0.5, np.float32)
+    looks, words = 7 + 4 + 7 + 9 + 3 * 4, 8
+    one, none = np.ones(looks, np.float32), np.zeros((words, looks), np.float32)
+    neutral = SlotJudge(none[0], one, none, none[:, 0])
+    (slot,) = find_slots(answers, features, context, planes, (100, 100), neutral, NEVER)
+    near = (disc > 0) & (disc < 2.5)
+    np.testing.assert_allclose(slot.distance[near], answers[0][near], atol=0.02)
+    far = disc > 13.5
+    assert np.abs(slot.distance - disc)[far].max() < 0.3  # whatever is answered there
+    answers[0][far] = 9.0
+    (other,) = find_slots(answers, features, context, planes, (100, 100), neutral, NEVER)
+    np.testing.assert_array_equal(other.distance[far], slot.distance[far])
+    assert (np.abs(slot.distance) < 0.5).sum() > 0
+    inside = disc < -1
+    assert (slot.distance[inside] < 0).all()

@@ -97,7 +97,8 @@ def _scaled_scene(scene: Scene, factor: float) -> Scene:
             raise InputError("a picture of at most 64000000 pixels", f"{width}x{height}",
                              row=f"scene {scene.scene_id}", field="factor")  # fmt: skip
         image = PIL.Image.fromarray(scene.pixels())
-        way = PIL.Image.Resampling.BOX if factor < 1 else PIL.Image.Resampling.BICUBIC
+        # A box filter moves edges where pixels do not divide evenly; this one does not.
+        way = PIL.Image.Resampling.HAMMING if factor < 1 else PIL.Image.Resampling.BICUBIC
         picture = Picture(array=np.asarray(image.resize((width, height), way)))
     objects = scene.objects
     if objects is not None:

@@ -18,6 +18,7 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from demospec.perception._fragments import PAIR_FEATURES
+from demospec.perception._results import CANONICAL_PX
 from demospec.perception._things import KINDS
 
 OUTPUTS = 5 + len(KINDS)
@@ -100,9 +101,16 @@ class Body(nn.Module):
         self.spread = nn.Conv2d(s.half, 4 * s.full, 3, padding=1)
         self.fine = nn.Conv2d(3, s.full, 3, padding=1)
         self.end = nn.Conv2d(s.full, OUTPUTS, 3, padding=1)
+        # How far off the distances may be (`_doubt`), from the features; without weights: as usual.
+        level = nn.Conv2d(16, 1, 3, padding=1)
+        nn.init.zeros_(level.weight)
+        nn.init.zeros_(level.bias)  # type: ignore[arg-type]  # it has one
+        self.doubt = nn.Sequential(nn.Conv2d(s.half, 16, 3, padding=1), nn.ReLU(), level)
         # The judge of slots (`_judge`) and what joins fragments (`_fragments`) travel with the
-        # weights; the forward pass does without.
+        # weights; the forward pass does without all three.
         looks, words = measured_count(s), len(KINDS) + 1
+        # So does the width of the tables it was trained on, map pixels.
+        self.register_buffer("table_px", torch.tensor([CANONICAL_PX]))
         self.register_buffer("judge_center", torch.zeros(looks))
         self.register_buffer("judge_scale", torch.ones(looks))
         self.register_buffer("judge_weight", torch.zeros(words, looks))

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 HIGHEST = 2.0
 """Parts are never one thing if every way between them leads further than this from what is
-seen (map pixels)."""
+seen (hundredths of the table)."""
 
 PICTURES = 1000
 """Generated pictures whose parts teach the joiner."""
@@ -93,10 +93,13 @@ def nearest_points(a: Fragment, b: Fragment) -> tuple[FloatArray, FloatArray]:
     return a.rim[k], b.rim[index[k]]
 
 
-def saddles(fragments: Sequence[Fragment], answers: Float32Array) -> FloatArray:
-    """(n, n) the highest distance on the lowest way from one part to the other, map pixels.
+def saddles(
+    fragments: Sequence[Fragment], answers: Float32Array, unit_px: float = 1.0
+) -> FloatArray:
+    """(n, n) the highest distance on the lowest way from one part to the other.
 
-    In steps of `_STEP` up to `HIGHEST`; above that (and on the diagonal) infinite.
+    In hundredths of the table, of which one takes `unit_px` map pixels; in steps of `_STEP` up to
+    `HIGHEST`, above that (and on the diagonal) infinite.
     """
     from scipy.ndimage import label
 
@@ -105,46 +108,53 @@ def saddles(fragments: Sequence[Fragment], answers: Float32Array) -> FloatArray:
         return out
     y, x = (np.array([part.rim[0] for part in fragments]) - 0.5).astype(np.int64).T[::-1]
     for level in np.arange(HIGHEST, 0.0, -_STEP):
-        at = label(answers[0] < level, structure=np.ones((3, 3)))[0][y, x]
+        at = label(answers[0] < level * unit_px, structure=np.ones((3, 3)))[0][y, x]
         out[at[:, None] == at] = level
     np.fill_diagonal(out, np.inf)
     return out
 
 
 def pairs(
-    fragments: Sequence[Fragment], answers: Float32Array
+    fragments: Sequence[Fragment], answers: Float32Array, unit_px: float = 1.0
 ) -> Iterator[tuple[int, int, FloatArray]]:
     """Pairs that may be one thing, with their features (`PAIR_FEATURES`,)."""
-    low = saddles(fragments, answers)
+    low = saddles(fragments, answers, unit_px)
     for i, j in combinations(range(len(fragments)), 2):
         if np.isfinite(low[i, j]):
-            yield i, j, pair_features(fragments[i], fragments[j], answers, float(low[i, j]))
+            found = pair_features(fragments[i], fragments[j], answers, float(low[i, j]), unit_px)
+            yield i, j, found
 
 
-def pair_features(a: Fragment, b: Fragment, answers: Float32Array, saddle: float) -> FloatArray:
-    """(`PAIR_FEATURES`,) of two parts, in either order; `saddle` as `saddles` gives it."""
+def pair_features(
+    a: Fragment, b: Fragment, answers: Float32Array, saddle: float, unit_px: float = 1.0
+) -> FloatArray:
+    """(`PAIR_FEATURES`,) of two parts, in either order; `saddle` as `saddles` gives it.
+
+    Lengths among them are in hundredths of the table.
+    """
     stick, head = (a, b) if a.half[0] / a.half[1] >= b.half[0] / b.half[1] else (b, a)
     here, there = nearest_points(stick, head)
     step = there - here
-    gap = float(np.hypot(*step))
+    gap = float(np.hypot(*step)) / unit_px
     at = here + np.linspace(0.0, 1.0, 8)[:, None] * step
     column, row = np.minimum(at.astype(np.int64), np.array(answers.shape[:0:-1]) - 1).T
     between = answers[:, row, column]
     # The head as the stick sees it: how far off its axis, and at its tip or at its side.
     along = stick.axis
     to_head = head.center - stick.center
-    off = abs(float(along[0] * to_head[1] - along[1] * to_head[0]))
-    tip = abs(float((here - stick.center) @ along)) / (stick.half[0] + 0.5)
+    off = abs(float(along[0] * to_head[1] - along[1] * to_head[0])) / unit_px
+    tip = abs(float((here - stick.center) @ along)) / (stick.half[0] + 0.5 * unit_px)
     aim = abs(float(to_head @ along)) / (np.hypot(*to_head) + 1e-6)
     line = abs(float(head.axis @ along))
     slim = head.half[1] / head.half[0]
-    size = np.sqrt(head.half.prod())
+    size = np.sqrt(head.half.prod()) / unit_px
+    highest = float(between[0].max()) / unit_px
     return np.array(
         [
-            min(gap, 12.0), saddle, min(float(between[0].max()), 4.0),
-            np.log(stick.half[0] / stick.half[1]), np.log(stick.half[1]),
+            min(gap, 12.0), saddle, min(highest, 4.0),
+            np.log(stick.half[0] / stick.half[1]), np.log(stick.half[1] / unit_px),
             np.log(head.half[0] / head.half[1]), np.log(size),
-            min(stick.depth, 3.0), min(head.depth, 3.0),
+            min(stick.depth / unit_px, 3.0), min(head.depth / unit_px, 3.0),
             stick.long, head.long, stick.long * head.long, float(_word(between[5:]).min()),
             tip, aim, aim * tip, min(off, 10.0), line * (1 - slim),
             float(np.abs(stick.colour - head.colour).mean()),
@@ -205,14 +215,14 @@ class Bridge:
 
 
 def joined(
-    fragments: Sequence[Fragment], answers: Float32Array, joiner: Joiner
+    fragments: Sequence[Fragment], answers: Float32Array, joiner: Joiner, unit_px: float = 1.0
 ) -> list[tuple[list[int], list[Bridge]]]:
     """Which fragments are one thing: their numbers, and what lies between them.
 
     Likely pairs first; a pair within a group that others have joined adds no bridge.
     """
     likely = []
-    for i, j, features in pairs(fragments, answers):
+    for i, j, features in pairs(fragments, answers, unit_px):
         p = joiner.probability(features)
         if p > 0.5:
             likely.append((p, i, j))
@@ -223,7 +233,7 @@ def joined(
         if low == high:
             continue
         a, b = fragments[i], fragments[j]
-        radius = float(np.clip(min(a.depth, b.depth), 0.3, 1.0))
+        radius = float(np.clip(min(a.depth, b.depth), 0.3 * unit_px, unit_px))
         new = Bridge(np.array(nearest_points(a, b)), radius)
         bridges[low] = [*bridges.get(low, []), *bridges.pop(high, []), new]
         group = [low if g == high else g for g in group]
@@ -239,7 +249,7 @@ def fit_joiner(
     *,
     pictures: int = PICTURES,
     rendered: float,
-    size_px: int = 100,
+    size_px: int = 160,
     progress: Progress = silent,
 ) -> None:
     """Fits the joiner to parts of generated pictures, rich in long things; changes `body`.
@@ -249,8 +259,9 @@ def fit_joiner(
         seed: Of the pictures (apart from those of a training with the same seed).
         rendered: Share of rendered pictures.
     """
-    from demospec.perception._sight import fragments_seen
+    from demospec.perception._sight import fragments_seen, table_px
 
+    unit = table_px(body) / 100.0
     found: list[FloatArray] = []
     same: list[bool] = []
     for picture, truth in lessons(
@@ -259,7 +270,7 @@ def fit_joiner(
     ):  # fmt: skip
         fragments, answers = fragments_seen(picture, body)
         owner = [_owner(truth[6][part.mask]) for part in fragments]
-        for i, j, features in pairs(fragments, answers):
+        for i, j, features in pairs(fragments, answers, unit):
             if owner[i] >= 0 or owner[j] >= 0:
                 found.append(features)
                 same.append(owner[i] == owner[j])

@@ -91,7 +91,7 @@ def fit_judge(
     *,
     pictures: int = PICTURES,
     rendered: float,
-    size_px: int = 100,
+    size_px: int = 160,
     progress: Progress = silent,
 ) -> None:
     """Fits the judge to slots of pictures that the training did not see; changes `body`.

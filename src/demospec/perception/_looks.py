@@ -139,12 +139,12 @@ def _judged(x: FloatArray, classes: int) -> FloatArray:
 
 
 def match_slots(
-    sight: Sight, objects: Sequence[SceneObject], *, near_px: float = 2.0
+    sight: Sight, objects: Sequence[SceneObject], *, near: float = 2.0
 ) -> tuple[Indices, Indices]:
     """Which slot shows which listed object.
 
     A slot belongs to the object whose outline its own outline overlaps most; touching within
-    `near_px` (map pixels) suffices where nothing overlaps.
+    `near` (hundredths of the table) suffices where nothing overlaps.
 
     Returns:
         (slot → object or −1, object → its largest slot or −1).
@@ -158,7 +158,7 @@ def match_slots(
         if not inside:
             continue
         best = int(np.argmax(inside))
-        if inside[best] > -near_px:
+        if inside[best] > -near * sight.unit_px:
             owner[i] = best
             if largest[best] < 0 or slots[largest[best]].area_px2 < slot.area_px2:
                 largest[best] = i

@@ -19,13 +19,13 @@ from demospec.perception._patch_basis import (
     save_bases,
 )
 from demospec.perception._patch_frame import PATCH, frame_of, patch_places
-from demospec.perception._results import read_map
+from demospec.perception._results import UNIT_PX, read_map
 from demospec.progress import Progress, silent
 
 COUNTS = {"outline": 32, "luma": 64, "chroma": 16}
 """How many patches are kept of each basis."""
 
-LEAST_AREA = 20.0  # map pixels²; smaller things have no detail to learn from
+LEAST_AREA = 20.0 * UNIT_PX**2  # map pixels²; smaller things have no detail to learn from
 
 
 def learn_bases(pictures: int = 2000, seed: int = 5, *, progress: Progress = silent) -> PatchBases:

@@ -17,19 +17,24 @@ from demospec.perception._backgrounds import (
     table_top,
     uneven_light,
 )
+from demospec.perception._camera import Camera
+from demospec.perception._results import UNIT_PX
 from demospec.perception._shapes import Field, distance_from_level
 from demospec.perception._things import Thing, make_thing
 
 Planes = NDArray[np.float32]
 
-FAR_PX = 24.0
+FAR_PX = 24.0 * UNIT_PX
 """Distances are clipped to this far outside; nobody keeps more than a quarter of the table."""
 
-DEEP_PX = 10.0
+DEEP_PX = 10.0 * UNIT_PX
 """Distances are clipped to this deep inside."""
 
 CHANNELS = ("distance", "thickness", "see_through", "contents", "height", "kind", "thing")
 """Planes of the answers. `kind` and `thing` are indices (−1 on the empty table)."""
+
+
+_COUNTS = np.array([0.02, 0.05, 0.1, 0.15, 0.2, 0.18, 0.14, 0.1, 0.06])
 
 
 @dataclass(frozen=True)
@@ -320,7 +325,7 @@ def finish(rng: np.random.Generator, table: Planes) -> NDArray[np.uint8]:
     if rng.random() < 0.7:
         picture = picture + rng.normal(0, rng.uniform(0, 0.03), picture.shape)
     pixels = np.asarray(np.clip(picture * 255 + 0.5, 0, 255), np.uint8)
-    if rng.random() < 0.5:
+    if rng.random() < 0.65:
         import PIL.Image
 
         buffer = io.BytesIO()
@@ -332,7 +337,7 @@ def finish(rng: np.random.Generator, table: Planes) -> NDArray[np.uint8]:
 def make_picture(
     rng: np.random.Generator,
     bank: NoiseBank,
-    size: int = 100,
+    size: int = 160,
     kinds: FloatArray | None = None,
 ) -> tuple[NDArray[np.uint8], Planes]:
     """One picture (size, size, 3) uint8 and its answers (7, size, size), see `CHANNELS`.
@@ -344,19 +349,15 @@ def make_picture(
     outline by 0.02 px in the median, 0.25 px at the worst hundredth.
     """
     y, x = (np.mgrid[0:size, 0:size] + 0.5).astype(np.float32)
+    camera = Camera.random(rng, size)
     light = Light.random(rng)
-    picture = table_top(rng, bank, x, y)
+    picture = table_top(rng, bank, *camera.units(size, camera.texture))
     distance = np.full((size, size), 60.0, np.float32)
     planes = np.zeros((len(CHANNELS), size, size), np.float32)
     planes[5:] = -1.0
-    count = int(
-        rng.choice(
-            [0, 1, 2, 3, 4, 5, 6, 7, 8], p=[0.02, 0.05, 0.1, 0.15, 0.2, 0.18, 0.14, 0.1, 0.06]
-        )
-    )
     base_colour = random_colour(rng)
-    for number in range(count):
-        placed = _place(rng, x, y, distance, size, kinds)
+    for number in range(camera.count(rng, _COUNTS)):
+        placed = _place(rng, x, y, distance, camera, kinds)
         if placed is None:
             continue
         thing, own = placed
@@ -365,7 +366,7 @@ def make_picture(
             if thing.kind in (0, 3)
             else thing.reach * rng.uniform(0.3, 1.6)
         )
-        height = float(np.clip(height, 0.5, 16))
+        height = float(np.clip(height, 0.5, 16 * UNIT_PX))
         pick = rng.random()
         if pick < 0.25:
             inside = picture[own < 0]
@@ -391,9 +392,9 @@ def make_picture(
         planes[5][mine] = thing.kind
         planes[6][mine] = number
         distance = np.minimum(distance, own)
-    picture = picture * uneven_light(rng, bank, x, y)[..., None]
+    picture = picture * uneven_light(rng, bank, *camera.units(size))[..., None]
     planes[0] = np.clip(distance, -DEEP_PX, FAR_PX)
-    return finish(rng, picture), planes
+    return camera.brought(finish(rng, camera.taken(picture))), planes
 
 
 def _place(
@@ -401,15 +402,17 @@ def _place(
     x: Field,
     y: Field,
     distance: Field,
-    size: int,
+    camera: Camera,
     kinds: FloatArray | None,
 ) -> tuple[Thing, Field] | None:
     """A thing where it keeps off the others (nearly always), and its own signed distance."""
-    gap = -1.0 if rng.random() < 0.03 else rng.uniform(1.0, 4.0)
+    unit = np.float32(UNIT_PX * camera.zoom)
+    gap = -1.0 if rng.random() < 0.03 else unit * rng.uniform(1.0, 4.0)
     for _ in range(4):
-        margin = -3 if rng.random() < 0.15 else 8
-        cx, cy = rng.uniform(margin, size - margin, 2)
-        thing = make_thing(rng, x - np.float32(cx), y - np.float32(cy), kinds)
+        margin = UNIT_PX * (-3 if rng.random() < 0.15 else 8)
+        cx, cy = rng.uniform(margin, len(distance) - margin, 2)
+        thing = make_thing(rng, (x - np.float32(cx)) / unit, (y - np.float32(cy)) / unit, kinds)
+        thing = thing.enlarged(float(unit))
         inside = thing.level < 0
         if inside.sum() < 5:
             continue

@@ -22,11 +22,14 @@ from torch.nn import functional
 from demospec.errors import InputError
 from demospec.perception._backgrounds import NoiseBank
 from demospec.perception._body import Body, BodySize, empty_folded, folded
+from demospec.perception._doubt import PICTURES as DOUBT_PICTURES
+from demospec.perception._doubt import fit_doubt
 from demospec.perception._fragments import PICTURES as JOINER_PICTURES
 from demospec.perception._fragments import fit_joiner
 from demospec.perception._judge import PICTURES, fit_judge
 from demospec.perception._pictures import make_picture
 from demospec.perception._rendered import render_picture
+from demospec.perception._results import CANONICAL_PX
 from demospec.perception._things import CLEAR_SHARE, kind_shares
 from demospec.perception._weights import load_body, recipe_of, save_body
 from demospec.progress import Progress, silent
@@ -50,6 +53,7 @@ class PretrainSettings:
         workers: Processes that paint pictures beside the training; 0 paints in between.
         judge_pictures: Pictures beside those, whose slots teach the judge of slots.
         joiner_pictures: Further ones, whose parts teach which fragments are one thing.
+        doubt_pictures: Further ones, whose errors teach where distances may be off.
         init: Weights file to go on from (its own recipe is kept inside the new one); None
             starts from random weights.
         bfloat16: Train in bfloat16 (saved weights and inference are float32/float16): several
@@ -62,7 +66,7 @@ class PretrainSettings:
     seed: int = 0
     reuse: float = 5.0
     pool: int = 3000
-    size_px: int = 100
+    size_px: int = 160
     lr: float = 2.5e-3
     average: float = 0.998
     clear_share: float = CLEAR_SHARE
@@ -70,6 +74,7 @@ class PretrainSettings:
     workers: int = 0
     judge_pictures: int = PICTURES
     joiner_pictures: int = JOINER_PICTURES
+    doubt_pictures: int = DOUBT_PICTURES
     init: str | None = None
     bfloat16: bool = False
     body: BodySize = field(default_factory=BodySize)
@@ -77,7 +82,14 @@ class PretrainSettings:
     def __post_init__(self) -> None:
         if self.steps < (1 if self.init is None else 0):
             raise InputError("at least 1 (0 with init)", self.steps, field="steps")
-        for name in ("batch", "pool", "size_px", "judge_pictures", "joiner_pictures"):
+        for name in (
+            "batch",
+            "pool",
+            "size_px",
+            "judge_pictures",
+            "joiner_pictures",
+            "doubt_pictures",
+        ):
             if getattr(self, name) < 1:
                 raise InputError("at least 1", getattr(self, name), field=name)
         if self.workers < 0:
@@ -191,18 +203,18 @@ def turned(planes: Tensor, turn: int) -> Tensor:
     return out.flip(-1) if turn >= 4 else out
 
 
-_THIN_PX = 1.3
+_THIN_PX = 2.0
 _THIN_WEIGHT = 1.5
 
 
 def beside_thin(distance: Tensor) -> Tensor:
-    """(n, h, w) signed distances, px → 1 within 3 px of parts that are nowhere deep, else 0.
+    """(n, h, w) signed distances, px → 1 within 5 px of parts that are nowhere deep, else 0.
 
     A handle is a few pixels among thousands: without more weight it is seen with gaps.
     """
-    deepest = functional.max_pool2d(-distance[:, None], 5, 1, 2)
+    deepest = functional.max_pool2d(-distance[:, None], 7, 1, 3)
     thin = ((distance[:, None] < 0) & (deepest < _THIN_PX)).float()
-    return functional.max_pool2d(thin, 7, 1, 3)[:, 0]
+    return functional.max_pool2d(thin, 11, 1, 5)[:, 0]
 
 
 def answers_loss(answers: Tensor, planes: Tensor) -> tuple[Tensor, dict[str, float]]:
@@ -268,6 +280,7 @@ def pretrain(
         if shipped.size != settings.body:
             raise InputError(f"a body of {settings.body}", shipped.size, field="init")
         body.load_state_dict(shipped.state_dict())
+        dict(body.named_buffers())["table_px"].fill_(CANONICAL_PX)
         began_from = recipe_of(settings.init)
     body = body.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
     average = {k: v.clone() for k, v in body.state_dict().items()}
@@ -312,6 +325,8 @@ def pretrain(
                        pictures=settings.joiner_pictures, size_px=settings.size_px)  # fmt: skip
             fit_judge(smooth, settings.seed, rendered=settings.rendered, progress=progress,
                       pictures=settings.judge_pictures, size_px=settings.size_px)  # fmt: skip
+            fit_doubt(smooth, settings.seed, rendered=settings.rendered, progress=progress,
+                      pictures=settings.doubt_pictures, size_px=settings.size_px)  # fmt: skip
         save_body(out, smooth, recipe)
         return recipe
 

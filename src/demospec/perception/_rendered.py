@@ -13,7 +13,9 @@ from numpy.typing import NDArray
 
 from demospec.frames import FloatArray
 from demospec.perception._backgrounds import NoiseBank, table_top, uneven_light
+from demospec.perception._camera import Camera
 from demospec.perception._pictures import DEEP_PX, FAR_PX, Planes, finish
+from demospec.perception._results import UNIT_PX
 from demospec.perception._solid_parts import CLEAR, Solid
 from demospec.perception._solids import make_solid
 from demospec.scene import (
@@ -32,7 +34,7 @@ from demospec.scene import (
 _COUNTS = np.array([0.02, 0.05, 0.12, 0.2, 0.22, 0.17, 0.12, 0.06, 0.04])
 _SIMULATED_TABLES = 0.35
 _STONE = 0.45  # of them: closed veins are what is most often taken for things
-_SAMPLES = 10  # a pixel, along an outline: it is right to 0.07 px
+_SAMPLES = 12  # a hundredth of the table, along an outline: it is right to 0.1 map pixels
 
 
 @dataclass(frozen=True)
@@ -63,23 +65,28 @@ def render_picture(
 ) -> tuple[NDArray[np.uint8], Planes]:
     """One picture (size, size, 3) uint8 and its answers (7, size, size), as `make_picture`.
 
+    It is rendered at the resolution of its camera, and only then brought to `size`.
+
     Args:
         kinds: Shares of the `KINDS` among the things.
     """
+    camera = Camera.random(rng, size)
     y, x = (np.mgrid[0:size, 0:size] + 0.5).astype(np.float32)
+    shown = camera.shown_px
     lamp = random_lamp(rng)
     if rng.random() < _SIMULATED_TABLES:
         top = draw_table(rng, "stone" if rng.random() < _STONE else None)
-        table = np.array(table_albedo(top, (size, size)))
+        table = np.array(table_albedo(top, (shown, shown)))
     else:
-        table = table_top(rng, bank, x, y).astype(np.float64)
-    image = table * lamp_colour(lamp) * uneven_light(rng, bank, x, y)[..., None]
+        table = table_top(rng, bank, *camera.units(shown, camera.texture)).astype(np.float64)
+    light = uneven_light(rng, bank, *camera.units(shown))
+    image = table * lamp_colour(lamp) * light[..., None]
     distance = np.full((size, size), 60.0)
     planes = np.zeros((7, size, size), np.float32)
     planes[5:] = -1.0
     stood: list[_Stood] = []
-    for number in range(int(rng.choice(len(_COUNTS), p=_COUNTS))):
-        thing = _stand(rng, distance, size, table, lamp, kinds, (x, y), number)
+    for number in range(camera.count(rng, _COUNTS)):
+        thing = _stand(rng, distance, table, lamp, kinds, camera, (x, y), number)
         if thing is None:
             continue
         stood.append(thing)
@@ -88,7 +95,7 @@ def render_picture(
         planes[2][mine] = float(thing.solid.kind == CLEAR)
         if thing.solid.filled is not None:
             planes[3][mine] = _covered(thing, size)[mine]
-        planes[4][mine] = min(float(thing.solid.mesh.vertices[:, 2].max()), 16.0) / 8.0
+        planes[4][mine] = UNIT_PX * min(float(thing.solid.mesh.vertices[:, 2].max()), 16.0) / 8.0
         planes[5][mine] = thing.solid.kind
         planes[6][mine] = number
         distance = np.minimum(distance, thing.distance)
@@ -97,42 +104,50 @@ def render_picture(
     for thing in stood:
         thing.stamp.put(image)
     planes[0] = np.clip(distance, -DEEP_PX, FAR_PX)
-    if rng.random() < 0.5:
-        return finish(rng, image.astype(np.float32)), planes
-    return np.asarray(np.clip(image, 0.0, 1.0) * 255.0 + 0.5, np.uint8), planes
+    if rng.random() < 0.8:
+        seen = finish(rng, image.astype(np.float32))
+    else:
+        seen = np.asarray(np.clip(image, 0.0, 1.0) * 255.0 + 0.5, np.uint8)
+    return camera.brought(seen), planes
 
 
 def _stand(
     rng: np.random.Generator,
     distance: FloatArray,
-    size: int,
     table: FloatArray,
     lamp: Light,
     kinds: FloatArray,
+    camera: Camera,
     pixels: tuple[NDArray[np.float32], NDArray[np.float32]],
     number: int,
 ) -> _Stood | None:
     """A solid where it keeps off the others; None where there was no room."""
-    gap = rng.uniform(1.0, 4.0)
+    size = len(distance)
+    gap = UNIT_PX * camera.zoom * rng.uniform(1.0, 4.0)
+    shown = camera.shown_px / size  # camera pixels per map pixel
     kind = int(rng.choice(len(kinds), p=kinds))
     for _ in range(3):
-        margin = -3 if rng.random() < 0.12 else 6
+        margin = UNIT_PX * (-3 if rng.random() < 0.12 else 6)
         near = rng.uniform(margin, size - margin, 2)
         at = np.clip(near.astype(int), 0, size - 1)
-        if distance[at[1], at[0]] < gap + 2.0:
+        if distance[at[1], at[0]] < gap + UNIT_PX * camera.zoom * 2.0:
             continue
-        solid = make_solid(rng, kind, table[at[1], at[0]])
+        under = table[tuple(np.minimum((at[::-1] * shown).astype(int), len(table) - 1))]
+        solid = camera.zoomed(make_solid(rng, kind, under))
         angle = rng.uniform(0, 2 * np.pi)
         filled = None if solid.filled is None else solid.filled.turned(angle)
         solid = Solid(kind, solid.mesh.turned(angle), filled)
-        sprite = draw_sprite(solid.mesh, 1.0)
-        stamp, center = Stamp.at(sprite, (float(near[0]), float(near[1])), lamp, 1.0, size / 100.0)
+        scale = UNIT_PX * shown
+        sprite = draw_sprite(solid.mesh, scale)
+        where = (float(near[0] * shown), float(near[1] * shown))
+        stamp, (cx, cy) = Stamp.at(sprite, where, lamp, 1.0 / scale, scale)
+        center = (cx / shown, cy / shown)
         across = float(np.ptp(solid.mesh.vertices[:, :2], axis=0).max())
-        rim = outline(solid.mesh, int(np.clip(_SAMPLES * across, 60, 400)))
-        if _area(rim) < 0.95 * float((sprite.height > 0).sum()) / SAMPLES**2:
+        rim = outline(solid.mesh, int(np.clip(_SAMPLES * across, 60, 700)))
+        if _area(rim) < 0.95 * float((sprite.height > 0).sum()) / (SAMPLES * scale) ** 2:
             continue  # in several parts, of which the outline holds one
         rim[:, 1] *= -1
-        own = _distance(Polygon(rim + np.asarray(center)), pixels)
+        own = _distance(Polygon(UNIT_PX * rim + np.asarray(center)), pixels)
         if (own < 0).sum() < 5 or (distance[own < gap] <= 0).any():
             continue
         return _Stood(solid, center, own, stamp, number)
@@ -160,7 +175,7 @@ def _distance(
 def _covered(thing: _Stood, size: int) -> NDArray[np.float32]:
     """(size, size): 1 where the contents lie, to the nearest pixel."""
     assert thing.solid.filled is not None
-    mask, half = coverage(thing.solid.filled, 1.0)
+    mask, half = coverage(thing.solid.filled, UNIT_PX)
     out = np.zeros((size, size), np.float32)
     x, y = (round(c - float(h)) for c, h in zip(thing.center, half, strict=True))
     x0, y0 = max(x, 0), max(y, 0)

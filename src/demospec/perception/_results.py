@@ -12,6 +12,13 @@ from demospec.frames import FloatArray
 
 Float32Array = NDArray[np.float32]
 
+CANONICAL_PX = 160.0
+"""Pictures are brought to this many pixels along the longer side: map pixels. Most pictures of
+the sets are 100 pixels wide; what is one pixel thin there is seen better enlarged."""
+
+UNIT_PX = CANONICAL_PX / 100.0
+"""Map pixels in a hundredth of the table's longer side."""
+
 
 @dataclass(frozen=True)
 class Slot:
@@ -93,6 +100,8 @@ class Sight:
         features: (c, h', w') features at half the grid's resolution.
         context: (c', h'', w'') features at an eighth of it.
         slots: The things.
+        unit_px: Map pixels in a hundredth of the tables that the body was trained on.
+        doubt: (h, w) how uncertain distances are, in ratios; None: equally everywhere.
     """
 
     size_px: tuple[int, int]
@@ -102,6 +111,13 @@ class Sight:
     features: Float32Array
     context: Float32Array
     slots: tuple[Slot, ...]
+    unit_px: float = UNIT_PX
+    doubt: Float32Array | None = None
+
+    @property
+    def hundredth(self) -> float:
+        """Picture pixels in a hundredth of such a table: errors of distance are stated in it."""
+        return self.unit_px * self.per_pixel
 
     @property
     def per_pixel(self) -> float:

@@ -7,18 +7,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from demospec.perception._doubt import doubt_map
 from demospec.perception._fragments import Fragment, Joiner
 from demospec.perception._judge import SlotJudge
-from demospec.perception._results import Float32Array, Sight
+from demospec.perception._results import CANONICAL_PX, Float32Array, Sight
 from demospec.perception._slots import find_slots, fragments
 from demospec.perception._weights import load_body
 from demospec.scene import Image
 
 if TYPE_CHECKING:
     from demospec.perception._body import Body
-
-CANONICAL_PX = 100.0
-"""The body was pretrained on tables about this many pixels wide."""
 
 LEAST_PX = 24
 
@@ -37,14 +35,18 @@ def canonical_grid(size_px: tuple[int, int], scale: float | None = None) -> tupl
 
 
 def to_grid(pixels: Image, grid: tuple[int, int]) -> Float32Array:
-    """(h, w, 3) uint8 → (3, grid) in [0, 1], area-weighted where it shrinks."""
-    if (pixels.shape[1], pixels.shape[0]) != grid:
-        import PIL.Image
+    """(h, w, 3) uint8 → (3, grid) in [0, 1], smoothed where it shrinks."""
+    planes = pixels.transpose(2, 0, 1).astype(np.float32) / np.float32(255)
+    if (pixels.shape[1], pixels.shape[0]) == grid:
+        return np.ascontiguousarray(planes)
+    import PIL.Image
 
-        shrinks = pixels.shape[1] > grid[0]
-        how = PIL.Image.Resampling.BOX if shrinks else PIL.Image.Resampling.BICUBIC
-        pixels = np.asarray(PIL.Image.fromarray(pixels).resize(grid, how))
-    return np.ascontiguousarray(pixels.transpose(2, 0, 1), dtype=np.float32) / np.float32(255)
+    # A box moves rims by up to 0.2 pixels where the sizes are no multiples; this does not.
+    shrinks = pixels.shape[1] > grid[0]
+    how = PIL.Image.Resampling.HAMMING if shrinks else PIL.Image.Resampling.BICUBIC
+    # In floats: rounded between rows and columns, a turned picture would not give turned planes.
+    resized = [np.asarray(PIL.Image.fromarray(plane).resize(grid, how)) for plane in planes]
+    return np.clip(np.stack(resized), 0.0, 1.0)
 
 
 def turned_array(values: NDArray[Any], turn: int) -> NDArray[Any]:
@@ -86,8 +88,8 @@ def _turned_answers(
     return [out[i] for i in range(len(turns))]
 
 
-def _averaged(
-    body: Body, planes: Float32Array, turns: tuple[int, ...]
+def averaged(
+    body: Body, planes: Float32Array, turns: tuple[int, ...] = TURNS
 ) -> tuple[Float32Array, Float32Array, Float32Array]:
     """Answers averaged over the turns; features and context of the picture as it stands."""
     others = [turn for turn in turns if turn != 0]
@@ -99,11 +101,16 @@ def _averaged(
     return total / np.float32(1 + len(others)), features, context
 
 
+def table_px(body: Body) -> float:
+    """Map pixels along the longer side of the tables that a body was trained on."""
+    return float(dict(body.named_buffers())["table_px"][0])
+
+
 def fragments_seen(pixels: Image, body: Body) -> tuple[list[Fragment], Float32Array]:
     """The parts of a picture of canonical size before they are joined, and the answers."""
     planes = to_grid(pixels, (pixels.shape[1], pixels.shape[0]))
-    answers, _, _ = _averaged(body, planes, TURNS)
-    return fragments(answers, planes), answers
+    answers, _, _ = averaged(body, planes)
+    return fragments(answers, planes, table_px(body) / 100.0), answers
 
 
 def look(
@@ -118,7 +125,8 @@ def look(
     Args:
         pixels: (h, w, 3) uint8, any size.
         body: The shipped one by default.
-        scale: Map pixels per picture pixel; by default the longer side becomes 100.
+        scale: Map pixels per picture pixel; by default the longer side becomes what the body
+            was trained on, `CANONICAL_PX` for the shipped one.
         turns: Symmetries whose distances are averaged; the first gives the features.
 
     Raises:
@@ -127,10 +135,14 @@ def look(
     """
     body = load_body() if body is None else body
     size = (pixels.shape[1], pixels.shape[0])
-    grid = canonical_grid(size, scale)
+    wide = table_px(body)
+    grid = canonical_grid(size, wide / max(size) if scale is None else scale)
     planes = to_grid(pixels, grid)
-    total, features, context = _averaged(body, planes, turns)
+    total, features, context = averaged(body, planes, turns)
     per_pixel = float(np.sqrt(size[0] / grid[0] * size[1] / grid[1]))
+    unit = wide / 100.0
     slots = find_slots(total, features, context, planes, size, SlotJudge.of(body),
-                       Joiner.of(body))  # fmt: skip
-    return Sight(size, grid, total[0] * np.float32(per_pixel), total, features, context, slots)
+                       Joiner.of(body), unit)  # fmt: skip
+    distance = total[0] * np.float32(per_pixel)
+    doubt = doubt_map(body, features, grid)
+    return Sight(size, grid, distance, total, features, context, slots, unit, doubt)

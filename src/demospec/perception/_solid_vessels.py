@@ -90,7 +90,7 @@ def vessel(rng: np.random.Generator, kind: int, paint: Paint) -> Solid:
         if rng.random() < 0.5:
             filled = speckled(rng, filled)
         parts.append(filled)
-    if rng.random() < {FLAT: 0.08, HOLLOW: 0.4, CLEAR: 0.15}[kind]:
+    if rng.random() < {FLAT: 0.08, HOLLOW: 0.45, CLEAR: 0.28}[kind]:
         parts += _ears(rng, radius, height, body if not clear else tint, 1.0 if not clear else 0.4)
     mesh = joined(parts)
     low3, high3 = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)

@@ -40,6 +40,17 @@ class Thing:
     oblique: tuple[float, float] | None = None
     holes: Field | None = None
 
+    def enlarged(self, factor: float) -> Thing:
+        """The same thing with every length that many times longer."""
+        f = np.float32(factor)
+        floor, handle, holes = (
+            None if level is None else level * f for level in (self.floor, self.handle, self.holes)
+        )
+        oblique = self.oblique
+        if oblique is not None:
+            oblique = (oblique[0] * factor, oblique[1] * factor)
+        return Thing(self.kind, self.level * f, floor, handle, self.reach * factor, oblique, holes)
+
 
 def _union(*levels: Field) -> Field:
     out = levels[0]

@@ -80,10 +80,14 @@ def body_from(state: dict[str, Any], size: dict[str, Any], *, file: Path | None 
 
     try:
         body = empty_folded(size_from(size))
-        # Weights of before there was a judge or a joiner: these then know nothing.
+        # Weights of before there was a judge, a joiner or doubt: these then know nothing. Those of
+        # before tables had a width were trained on tables of 100 pixels.
         neutral = {
-            k: v for k, v in body.state_dict().items() if k.startswith(("judge_", "joiner_"))
+            k: v
+            for k, v in body.state_dict().items()
+            if k.startswith(("judge_", "joiner_", "doubt."))
         }
+        neutral["table_px"] = body.state_dict()["table_px"].new_full((1,), 100.0)
         body.load_state_dict({**neutral, **state})
     except (RuntimeError, KeyError, TypeError, ValueError) as error:
         raise InputError("weights of a body", str(error), file=file) from None

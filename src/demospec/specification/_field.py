@@ -85,7 +85,8 @@ class FieldModel:
         classes: Symbols (or generic words where the training set listed no objects).
         head: Looks → symbols; None where no training scene listed objects with a picture.
         calibration: Of seen distances.
-        scale: Map pixels per set unit, or None: the longer side of each picture is 100.
+        scale: Map pixels per set unit, or None: the longer side of each picture becomes what
+            the body was trained on.
         body: The network, or None for a model that only reads lists.
         settings: How it was fitted.
         provenance: Versions, seed, data hash.
@@ -151,12 +152,12 @@ class FieldModel:
             raise CannotJudgeError(
                 "scenes with pictures or lists of objects", "neither", field="scenes"
             )
-        scale = _common_scale(pictured)
+        scale = None
         if pictured:
             from demospec.perception import load_body
 
             body = load_body() if body is None else body
-        plain = body
+            scale = _common_scale(pictured, body)
         if settings.fine_tune and listed and pictured:
             from demospec.specification._field_tune import tuned_body
 
@@ -166,7 +167,6 @@ class FieldModel:
             )
         looked = look_at_all(pictured, body, scale, progress) if pictured else []
         head = fit_head(looked, body, scale, seed) if listed else None
-        del plain
         start = Calibration({}, {})
         rules, classes = fit_rules(data, looked, head, start, listed=listed)
         calibration = calibrate(looked, typical_clearance(rules), seed) if listed else start
@@ -338,9 +338,9 @@ def _settings(settings: FieldSettings | None, named: dict[str, Any]) -> FieldSet
     return settings or FieldSettings(**named)
 
 
-def _common_scale(scenes: list[Scene]) -> float | None:
+def _common_scale(scenes: list[Scene], body: Body) -> float | None:
     """Map pixels per picture pixel where all training pictures have one size; else None."""
-    from demospec.perception._sight import CANONICAL_PX
+    from demospec.perception._sight import table_px
 
     sizes = {max(s.size_px) for s in scenes if s.size_px is not None}
-    return CANONICAL_PX / sizes.pop() if len(sizes) == 1 else None
+    return table_px(body) / sizes.pop() if len(sizes) == 1 else None

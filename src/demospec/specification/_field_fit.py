@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from demospec.perception import Body
 
 _TURNS = (1, 2, 3, 4, 5, 6, 7)
-_NEAR_PX = 1.5  # calibration uses paths this close to the clearance, map pixels
+_NEAR_PX = 1.5  # calibration uses paths this close to the clearance, hundredths of the table
 
 
 @dataclass(frozen=True)
@@ -143,18 +143,20 @@ def calibrate(looked: list[Looked], clearance: float | None, seed: int) -> Calib
     Args:
         clearance: Where the distance matters, set units; by default 3 % of the picture.
 
-    A class's own median is drawn towards that of all classes as if by 40 further curves.
+    A class's own median is drawn towards that of all classes as if by 40 further curves. The
+    spread is that of the gaps over what the body doubts where the curve comes nearest.
     """
     rng = np.random.default_rng([seed, 78])
     gaps: dict[str, list[FloatArray]] = {}
+    doubts: dict[str, list[FloatArray]] = {}
     for item in looked:
-        objects = item.scene.objects
+        objects, sight = item.scene.objects, item.sight
         if not objects:
             continue
-        unit = item.sight.per_pixel
-        keep = 0.03 * max(item.sight.size_px) if clearance is None else clearance
+        unit = sight.hundredth
+        keep = 0.03 * max(sight.size_px) if clearance is None else clearance
         curves = random_curves(item.scene, 150, rng)
-        _, largest = match_slots(item.sight, objects)
+        _, largest = match_slots(sight, objects)
         for thing, row in zip(objects, largest, strict=True):
             if row < 0:
                 continue
@@ -162,19 +164,27 @@ def calibrate(looked: list[Looked], clearance: float | None, seed: int) -> Calib
             exact = nearest_approach(alone, curves, (thing.symbol,))[:, 0]
             close = np.abs(exact - keep) < _NEAR_PX * unit
             if close.any():
-                slot = item.sight.slots[row]
-                seen = read_map(slot.distance, curves[close], item.sight.size_px).min(axis=1)
-                gaps.setdefault(thing.symbol, []).append((seen - exact[close]) / unit)
+                along = read_map(sight.slots[row].distance, curves[close], sight.size_px)
+                nearest = np.arange(len(along)), along.argmin(axis=1)
+                gaps.setdefault(thing.symbol, []).append((along[nearest] - exact[close]) / unit)
+                doubt = np.ones(len(along))
+                if sight.doubt is not None:
+                    doubt = read_map(sight.doubt, curves[close][nearest], sight.size_px)
+                doubts.setdefault(thing.symbol, []).append(doubt)
     if not gaps:
         return Calibration({}, {})
-    every = np.concatenate([g for parts in gaps.values() for g in parts])
-    middle, error = float(np.median(every)), _robust_spread(every)
+    every, doubted = (
+        {name: np.concatenate(parts) for name, parts in found.items()} for found in (gaps, doubts)
+    )
+    whole, beside = (np.concatenate(list(v.values())) for v in (every, doubted))
+    middle = float(np.median(whole))
+    error = _robust_spread((whole - middle) / beside)
     bias, errors = {}, {}
-    for name, parts in gaps.items():
-        mine = np.concatenate(parts)
+    for name, mine in every.items():
         share = len(mine) / (len(mine) + 40.0)
         bias[name] = share * float(np.median(mine)) + (1 - share) * middle
-        errors[name] = max(0.15, share * _robust_spread(mine) + (1 - share) * error)
+        own = _robust_spread((mine - float(np.median(mine))) / doubted[name])
+        errors[name] = max(0.15, share * own + (1 - share) * error)
     return Calibration(bias, errors, middle, max(0.15, error))
 
 

@@ -23,6 +23,8 @@ LISTED_ERROR = 0.15
 """Distance error of a listed outline (hundredths of the table): the list is not the truth."""
 
 _GRID = 100
+_AROUND = 6.0  # hundredths of the table
+_LEAST_ERROR = 0.1  # likewise; nowhere is a seen rim known better
 
 
 @dataclass(frozen=True)
@@ -30,8 +32,8 @@ class Calibration:
     """How the body's distances at the clearance compare with the listed outlines.
 
     Args:
-        bias: Class → seen − listed distance, map pixels.
-        error: Class → standard deviation of it, map pixels.
+        bias: Class → seen − listed distance, hundredths of the table.
+        error: Class → standard deviation of it, likewise, where the body doubts as usual.
         other_bias, other_error: For classes never calibrated.
     """
 
@@ -41,7 +43,7 @@ class Calibration:
     other_error: float = 0.6
 
     def of_classes(self, classes: Mapping[str, float]) -> tuple[float, float]:
-        """Bias and error of a thing of uncertain class, map pixels."""
+        """Bias and error of a thing of uncertain class, hundredths."""
         total = sum(classes.values())
         if total <= 0:
             return self.other_bias, self.other_error
@@ -70,12 +72,18 @@ def classes_of(sight: Sight, head: SymbolHead | None) -> list[dict[str, float]]:
 
 def seen_parts(sight: Sight, head: SymbolHead | None, calibration: Calibration) -> tuple[Part, ...]:
     """The slots of a picture as parts, distances corrected by the calibration."""
-    unit = sight.per_pixel
+    unit = sight.hundredth
     parts = []
     for slot, classes in zip(sight.slots, classes_of(sight, head), strict=True):
         bias, error = calibration.of_classes(classes)
         distance = slot.distance - np.float32(bias * unit)
-        parts.append(Part(distance, classes, error * unit, slot.center, False))
+        doubt, usual = sight.doubt, 1.0
+        if doubt is not None:
+            # Of this thing as a whole, where its clearance may be; the rest is place by place.
+            around = (slot.distance > 0) & (slot.distance < _AROUND * unit)
+            usual = float(np.median(doubt[around])) if around.any() else 1.0
+            doubt = np.maximum(doubt / usual, _LEAST_ERROR / (error * usual)).astype(np.float32)
+        parts.append(Part(distance, classes, error * unit * usual, slot.center, False, doubt))
     return tuple(parts)
 
 

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 _SLOPE = 1.702  # logistic ≈ normal distribution function
 _LEAK = 0.05
+_FAR = -25.0  # log-odds: less changes no digit of `_WRONG`
 _WRONG = 1e-5  # a label may be wrong even where nothing is near
 
 
@@ -32,6 +33,7 @@ class Part:
         distance: (h, w) signed distance to it alone on the view's grid, set units.
         classes: Class → probability; what is missing to 1: it is no thing.
         error: Standard deviation of the distance near the clearance, set units.
+        doubt: (h, w) what that is multiplied with place by place; None: by 1.
         center: Set units.
         listed: The scene's list says so (else the picture does).
     """
@@ -41,6 +43,12 @@ class Part:
     error: float
     center: tuple[float, float]
     listed: bool
+    doubt: NDArray[np.float32] | None = None
+
+    @property
+    def errors(self) -> FloatArray:
+        """Standard deviation of the distance, (h, w) or one number; set units."""
+        return np.asarray(self.error if self.doubt is None else self.error * self.doubt)
 
 
 def logit_map(
@@ -58,10 +66,12 @@ def logit_map(
         relevance, clearance, spread = rule.of_classes(part.classes)
         if relevance <= 0.0:
             continue
-        slope = _SLOPE / np.hypot(part.error, spread)
+        slope = _SLOPE / np.hypot(part.errors, spread)
         u = slope * (clearance - part.distance.astype(np.float64))
-        # log(1 − r σ(u)) = log(1 + (1 − r) eᵘ) − log(1 + eᵘ)
-        keep += np.logaddexp(0.0, u + np.log1p(-relevance)) - np.logaddexp(0.0, u)
+        # log(1 − r σ(u)) = log(1 + (1 − r) eᵘ) − log(1 + eᵘ); next to nothing far off.
+        near = u > _FAR
+        v = u[near]
+        keep[near] += np.logaddexp(0.0, v + np.log1p(-relevance)) - np.logaddexp(0.0, v)
         if relevance > 0.5:
             leak = np.minimum(leak, -u)
     odds = keep - np.log(-np.expm1(keep))
