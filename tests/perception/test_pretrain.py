@@ -24,7 +24,7 @@ def tiny(**changes: object) -> PretrainSettings:
         "body": SMALL,
         "seed": 3,
         "judge_pictures": 4,
-        "joiner_pictures": 40,
+        "joiner_pictures": 4,
         "doubt_pictures": 4,
     }
     return PretrainSettings(**{**plain, **changes})  # type: ignore[arg-type]

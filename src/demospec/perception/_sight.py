@@ -46,7 +46,7 @@ def to_grid(pixels: Image, grid: tuple[int, int]) -> Float32Array:
     how = PIL.Image.Resampling.HAMMING if shrinks else PIL.Image.Resampling.BICUBIC
     # In floats: rounded between rows and columns, a turned picture would not give turned planes.
     resized = [np.asarray(PIL.Image.fromarray(plane).resize(grid, how)) for plane in planes]
-    return np.clip(np.stack(resized), 0.0, 1.0)
+    return np.asarray(np.clip(np.stack(resized), 0.0, 1.0), np.float32)
 
 
 def turned_array(values: NDArray[Any], turn: int) -> NDArray[Any]:
