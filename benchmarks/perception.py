@@ -42,10 +42,18 @@ NEAR_PX = 12.0
 REPORTED = Path(__file__).parent / "results" / "perception.json"
 
 
-def true_distance(objects: tuple[SceneObject, ...], grid: tuple[int, int]) -> np.ndarray:
+def places(sight: Sight) -> tuple[np.ndarray, np.ndarray]:
+    """(x, y) of the columns and rows of the maps, the picture's pixels."""
+    width, height = sight.grid
+    return (
+        (np.arange(width) + 0.5) * (sight.size_px[0] / width),
+        (np.arange(height) + 0.5) * (sight.size_px[1] / height),
+    )
+
+
+def true_distance(objects: tuple[SceneObject, ...], sight: Sight) -> np.ndarray:
     """(K, h, w) signed distance to every object's outline."""
-    x, y = np.meshgrid(np.arange(grid[0]) + 0.5, np.arange(grid[1]) + 0.5)
-    points = np.stack([x, y], axis=-1)
+    points = np.stack(np.meshgrid(*places(sight)), axis=-1)
     return np.stack([item.outline.signed_distance(points) for item in objects])
 
 
@@ -77,7 +85,7 @@ def study(scenes: list[Scene], train: list[Scene], body: Any) -> dict[str, Any]:
         began = time.process_time()
         sight: Sight = look(scene.pixels(), body=body)
         seconds += time.process_time() - began
-        exact = true_distance(truth, sight.grid)
+        exact = true_distance(truth, sight)
         nearest = exact.min(axis=0)
         near = np.abs(nearest) < NEAR_PX
         gap = (sight.distance - nearest)[near]
@@ -134,9 +142,9 @@ def draw_worst(scenes: list[Scene], errors: list[float], body: Any, out: Path) -
     axes = figure.subplots(3, 4)
     for axis, i in zip(axes.flat, np.argsort(errors)[::-1][:12], strict=False):
         sight = look(scenes[i].pixels(), body=body)
-        axis.imshow(scenes[i].pixels(), extent=(0, sight.grid[0], sight.grid[1], 0))
-        x, y = np.arange(sight.grid[0]) + 0.5, np.arange(sight.grid[1]) + 0.5
-        exact = true_distance(scenes[i].objects or (), sight.grid).min(axis=0)
+        axis.imshow(scenes[i].pixels(), extent=(0, sight.size_px[0], sight.size_px[1], 0))
+        x, y = places(sight)
+        exact = true_distance(scenes[i].objects or (), sight).min(axis=0)
         axis.contour(x, y, exact, [0.0], colors="#56B4E9", linewidths=1.0)
         axis.contour(x, y, sight.distance, [0.0], colors="#D55E00", linewidths=1.0)
         axis.set_title(f"scene {scenes[i].scene_id}: {errors[i]:.2f} px", fontsize=9)

@@ -207,7 +207,8 @@ class FieldModel:
         sight = self.look(scene)
         parts = seen_parts(sight, self.head, self.calibration)
         size = (float(sight.size_px[0]), float(sight.size_px[1]))
-        return FieldView(self, scene, parts, size, (sight.grid[1], sight.grid[0]))
+        shape = (sight.grid[1], sight.grid[0])
+        return FieldView(self, scene, parts, size, shape, sight.unit_px)
 
     def encode(self, scene: Scene, *, length: CodeLength | None = None) -> SceneCode:
         """The latent code of the scene's picture: a table, a lamp, and the things seen.

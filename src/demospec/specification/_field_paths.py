@@ -25,10 +25,11 @@ TEMPERATURE = 0.2
 """T, in logits: at a slope of 3 logits a pixel the softness is 0.07 px."""
 
 STRETCH_PX = 2.0
-"""s₀: a path that stays this long (map pixels) at its lowest place has just that logit."""
+"""s₀: a path that stays this long (times `LogitMap.unit`) at its lowest place has just that
+logit."""
 
 _POINT = 0.05  # share of s₀ that a path without length has
-_SPACING = 2.5  # map pixels: longer segments are cut
+_SPACING = 2.5  # times `LogitMap.unit`: longer segments are cut
 _BLOCK = 65_536  # places read at a time
 
 
@@ -39,10 +40,13 @@ class LogitMap:
     Args:
         values: (h, w) float32; map pixel (i, j) is centred at ((i + ½)·W/w, (j + ½)·H/h).
         size: (W, H), set units. Outside the outer centres the map continues flat.
+        unit: Map pixels in the length that counts as one: a seen map is no finer than the picture
+            that was enlarged for it.
     """
 
     values: NDArray[np.float32]
     size: tuple[float, float]
+    unit: float = 1.0
 
     def logits(self, paths: Paths) -> FloatArray:
         """(n,) logits of stacked paths (n, m, 2) or of n arrays (m_i, 2); set units."""
@@ -119,13 +123,13 @@ class LogitMap:
         return lowest - TEMPERATURE * torch.log(_POINT + mass * (0.5 / STRETCH_PX))
 
     def _lengths(self, p: Tensor) -> Tensor:
-        """(n, m, 2) → (n, m − 1) map pixels."""
+        """(n, m, 2) → (n, m − 1) in units."""
         height, width = self.values.shape
         step = p[:, 1:] - p[:, :-1]
         square = step * step
         # A segment without length has no slope; the tiny term keeps its gradient finite.
         flat = square[..., 0] + square[..., 1] * (height / width) ** 2 + 1e-14
-        lengths: Tensor = flat.sqrt() * (width / 2.0)
+        lengths: Tensor = flat.sqrt() * (width / 2.0 / self.unit)
         return lengths
 
     def _read(self, p: Tensor) -> Tensor:

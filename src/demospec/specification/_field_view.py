@@ -88,6 +88,7 @@ class FieldView:
         parts: The things in it.
         size: (width, height) that the maps span, set units.
         shape: (h, w) of the maps.
+        unit: As of `LogitMap`.
     """
 
     model: FieldModel
@@ -95,6 +96,7 @@ class FieldView:
     parts: tuple[Part, ...]
     size: tuple[float, float]
     shape: tuple[int, int]
+    unit: float = 1.0
     _maps: dict[str, LogitMap] = field(default_factory=dict, repr=False)
 
     def map_of(self, type: str) -> LogitMap:
@@ -111,7 +113,7 @@ class FieldView:
             for name, other in rules.items():
                 if rules[type].is_nested_in(other):
                     values = np.maximum(values, self.map_of(name).values)
-            self._maps[type] = LogitMap(values, self.size)
+            self._maps[type] = LogitMap(values, self.size, self.unit)
         return self._maps[type]
 
     def logits(self, paths: Paths, type: str) -> FloatArray:
