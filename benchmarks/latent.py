@@ -53,8 +53,9 @@ def fifteen(code: SceneCode) -> np.ndarray:
     out = np.broadcast_to(bare, whole.shape).copy()
     y, x = np.mgrid[0 : whole.shape[0], 0 : whole.shape[1]] + 0.5
     for slot in sorted(code.slots, key=lambda s: -float(s.half.prod()))[:2]:
-        radius = max(float(np.sqrt((slot.half - 1.5).prod())), 0.5)
-        cover = np.clip(0.5 + radius - np.hypot(x - slot.center[0], y - slot.center[1]), 0, 1)
+        radius = max(float(np.sqrt(((slot.half - 1.5) * code.per_pixel).prod())), 0.5)
+        center = slot.center * code.per_pixel
+        cover = np.clip(0.5 + radius - np.hypot(x - center[0], y - center[1]), 0, 1)
         inside = cover > 0.5
         if inside.any():
             colour = whole[inside].mean(axis=0)
