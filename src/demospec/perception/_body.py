@@ -18,14 +18,11 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from demospec.perception._fragments import PAIR_FEATURES
-from demospec.perception._results import CANONICAL_PX
+from demospec.perception._results import CANONICAL_PX, padding
 from demospec.perception._things import KINDS
 
 OUTPUTS = 5 + len(KINDS)
 """Distance (px), thickness (10 px), see-through, contents (logits), height (8 px), kinds."""
-
-STRIDE = 8
-"""Picture sides are padded to a multiple of this inside the body."""
 
 
 @dataclass(frozen=True)
@@ -110,7 +107,7 @@ class Body(nn.Module):
         # weights; the forward pass does without all three.
         looks, words = measured_count(s), len(KINDS) + 1
         # So does the width of the tables it was trained on, map pixels.
-        self.register_buffer("table_px", torch.tensor([CANONICAL_PX]))
+        self.register_buffer("table_px", torch.tensor([float(CANONICAL_PX)]))
         self.register_buffer("judge_center", torch.zeros(looks))
         self.register_buffer("judge_scale", torch.ones(looks))
         self.register_buffer("judge_weight", torch.zeros(words, looks))
@@ -123,10 +120,8 @@ class Body(nn.Module):
     def forward(self, picture: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         """Answers, features at half resolution, features at eighth resolution."""
         height, width = picture.shape[-2:]
-        low, right = -height % STRIDE, -width % STRIDE
-        # Both sides get half of the padding, mirrored, so that turning a picture turns the answer.
-        top, left = low // 2, right // 2
-        padded = functional.pad(picture, (left, right - left, top, low - top), mode="reflect")
+        top, bottom, left, right = padding(height, width)
+        padded = functional.pad(picture, (left, right, top, bottom), mode="reflect")
         padded = (padded - 0.45) * 4.0
         half = self.stem(functional.pixel_unshuffle(padded, 2))
         quarter = self.down_quarter(half)

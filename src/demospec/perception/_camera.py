@@ -1,4 +1,4 @@
-"""The camera of a pretraining picture: how far it is from the table, and how many pixels it has."""
+"""Cameras: what size a picture has for the body, and how those of pretraining pictures differ."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from demospec.frames import FloatArray
-from demospec.perception._results import UNIT_PX
+from demospec.perception._results import UNIT_PX, Float32Array
+from demospec.scene import Image
 
 if TYPE_CHECKING:
     from demospec.perception._shapes import Field
@@ -75,25 +75,32 @@ class Camera:
         assert mesh is not None
         return replace(solid, mesh=mesh, filled=filled)
 
-    def taken(self, picture: NDArray[np.float32]) -> NDArray[np.float32]:
+    def taken(self, picture: Float32Array) -> Float32Array:
         """A picture drawn at map pixels (s, s, 3) as this camera's pixels collect it."""
-        if len(picture) == self.shown_px:
-            return picture
-        import PIL.Image
+        grid = (self.shown_px, self.shown_px)
+        return resized(picture.transpose(2, 0, 1), grid).transpose(1, 2, 0)
 
-        size, how = (self.shown_px, self.shown_px), PIL.Image.Resampling.HAMMING
-        planes = [
-            np.asarray(PIL.Image.fromarray(np.ascontiguousarray(picture[..., c])).resize(size, how))
-            for c in range(3)
-        ]
-        return np.stack(planes, axis=-1)
-
-    def brought(self, pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    def brought(self, pixels: Image) -> Image:
         """The picture taken, enlarged to map pixels as a look enlarges it."""
-        if len(pixels) == self.size_px:
-            return pixels
-        import PIL.Image
+        planes = to_grid(pixels, (self.size_px, self.size_px)).transpose(1, 2, 0)
+        return np.asarray(planes * 255 + 0.5, np.uint8)
 
-        size, how = (self.size_px, self.size_px), PIL.Image.Resampling.BICUBIC
-        whole = PIL.Image.fromarray(pixels).resize(size, how)
-        return np.asarray(whole)
+
+def resized(planes: Float32Array, grid: tuple[int, int]) -> Float32Array:
+    """(c, h, w) → (c, grid), smoothed where it shrinks."""
+    if planes.shape[:0:-1] == grid:
+        return np.ascontiguousarray(planes)
+    import PIL.Image
+
+    # A box moves rims by up to 0.2 pixels where the sizes are no multiples; this does not.
+    shrinks = planes.shape[2] > grid[0]
+    how = PIL.Image.Resampling.HAMMING if shrinks else PIL.Image.Resampling.BICUBIC
+    # In floats: rounded between rows and columns, a turned picture would not give turned planes.
+    whole = (PIL.Image.fromarray(np.ascontiguousarray(plane)) for plane in planes)
+    return np.stack([np.asarray(plane.resize(grid, how)) for plane in whole])
+
+
+def to_grid(pixels: Image, grid: tuple[int, int]) -> Float32Array:
+    """(h, w, 3) uint8 → (3, grid) in [0, 1]."""
+    planes = pixels.transpose(2, 0, 1).astype(np.float32) / np.float32(255)
+    return np.asarray(np.clip(resized(planes, grid), 0.0, 1.0), np.float32)

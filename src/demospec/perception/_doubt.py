@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from demospec.perception._lessons import lessons
-from demospec.perception._results import Float32Array
+from demospec.perception._results import CANONICAL_PX, Float32Array, padding
 from demospec.progress import Progress, silent
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ def doubt_map(body: Body, features: Float32Array, grid: tuple[int, int]) -> Floa
             level, scale_factor=2.0, mode="bilinear", align_corners=False
         )[0, 0].numpy()
     width, height = grid
-    top, left = (-height % 8) // 2, (-width % 8) // 2
+    top, _, left, _ = padding(height, width)
     cut = fine[top : top + height, left : left + width]
     return np.asarray(np.exp(np.clip(cut, -_RANGE, _RANGE)), np.float32)
 
@@ -56,7 +56,7 @@ def fit_doubt(
     *,
     pictures: int = PICTURES,
     rendered: float,
-    size_px: int = 160,
+    size_px: int = CANONICAL_PX,
     progress: Progress = silent,
 ) -> None:
     """Fits the doubt to errors on pictures that the training did not see; changes `body`.
@@ -68,7 +68,8 @@ def fit_doubt(
     """
     import torch
 
-    from demospec.perception._sight import averaged, to_grid
+    from demospec.perception._camera import to_grid
+    from demospec.perception._sight import averaged
 
     shown: list[NDArray[np.float16]] = []
     errors: list[NDArray[np.float32]] = []
@@ -110,8 +111,6 @@ def fit_doubt(
 
 def _on_features(values: NDArray[np.float32], shape: tuple[int, ...]) -> NDArray[np.float32]:
     """(h, w) → the features' grid: means of 2 × 2, padded as the body pads, by nothing."""
-    height, width = values.shape
-    low, right = -height % 8, -width % 8
-    top, left = low // 2, right // 2
-    padded = np.pad(values, ((top, low - top), (left, right - left)))
+    top, bottom, left, right = padding(*values.shape)
+    padded = np.pad(values, ((top, bottom), (left, right)))
     return np.asarray(padded.reshape(shape[1], 2, shape[2], 2).mean(axis=(1, 3)), dtype=np.float32)

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from demospec.frames import FloatArray
 from demospec.perception._lessons import fitted, keep, lessons, shown_thing
 from demospec.perception._logistic import standard
-from demospec.perception._results import Float32Array
+from demospec.perception._results import CANONICAL_PX, Float32Array
 from demospec.perception._things import KINDS
 from demospec.progress import Progress, silent
 
@@ -249,7 +249,7 @@ def fit_joiner(
     *,
     pictures: int = PICTURES,
     rendered: float,
-    size_px: int = 160,
+    size_px: int = CANONICAL_PX,
     progress: Progress = silent,
 ) -> None:
     """Fits the joiner to parts of generated pictures, rich in long things; changes `body`.

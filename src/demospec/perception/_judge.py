@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from demospec.frames import FloatArray
 from demospec.perception._lessons import fitted, keep, lessons, shown_thing
 from demospec.perception._logistic import standard
-from demospec.perception._results import Float32Array, Slot
+from demospec.perception._results import CANONICAL_PX, Float32Array, Slot
 from demospec.perception._things import KINDS
 from demospec.progress import Progress, silent
 
@@ -91,7 +91,7 @@ def fit_judge(
     *,
     pictures: int = PICTURES,
     rendered: float,
-    size_px: int = 160,
+    size_px: int = CANONICAL_PX,
     progress: Progress = silent,
 ) -> None:
     """Fits the judge to slots of pictures that the training did not see; changes `body`.

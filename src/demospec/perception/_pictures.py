@@ -18,7 +18,7 @@ from demospec.perception._backgrounds import (
     uneven_light,
 )
 from demospec.perception._camera import Camera
-from demospec.perception._results import UNIT_PX
+from demospec.perception._results import CANONICAL_PX, UNIT_PX
 from demospec.perception._shapes import Field, distance_from_level
 from demospec.perception._things import Thing, make_thing
 
@@ -337,7 +337,7 @@ def finish(rng: np.random.Generator, table: Planes) -> NDArray[np.uint8]:
 def make_picture(
     rng: np.random.Generator,
     bank: NoiseBank,
-    size: int = 160,
+    size: int = CANONICAL_PX,
     kinds: FloatArray | None = None,
 ) -> tuple[NDArray[np.uint8], Planes]:
     """One picture (size, size, 3) uint8 and its answers (7, size, size), see `CHANNELS`.

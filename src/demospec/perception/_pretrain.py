@@ -66,7 +66,7 @@ class PretrainSettings:
     seed: int = 0
     reuse: float = 5.0
     pool: int = 3000
-    size_px: int = 160
+    size_px: int = CANONICAL_PX
     lr: float = 2.5e-3
     average: float = 0.998
     clear_share: float = CLEAR_SHARE

@@ -12,12 +12,24 @@ from demospec.frames import FloatArray
 
 Float32Array = NDArray[np.float32]
 
-CANONICAL_PX = 160.0
+CANONICAL_PX = 160
 """Pictures are brought to this many pixels along the longer side: map pixels. Most pictures of
 the sets are 100 pixels wide; what is one pixel thin there is seen better enlarged."""
 
+STRIDE = 8
+"""Picture sides are padded to a multiple of this inside the body."""
+
 UNIT_PX = CANONICAL_PX / 100.0
 """Map pixels in a hundredth of the table's longer side."""
+
+
+def padding(height: int, width: int) -> tuple[int, int, int, int]:
+    """(top, bottom, left, right) that the body adds to a picture: sides become multiples of 8.
+
+    Both sides get half of it, so that turning a picture turns the answer.
+    """
+    low, right = -height % STRIDE, -width % STRIDE
+    return low // 2, low - low // 2, right // 2, right - right // 2
 
 
 @dataclass(frozen=True)
@@ -101,7 +113,7 @@ class Sight:
         context: (c', h'', w'') features at an eighth of it.
         slots: The things.
         unit_px: Map pixels in a hundredth of the tables that the body was trained on.
-        doubt: (h, w) how uncertain distances are, in ratios; None: equally everywhere.
+        doubt: (h, w) how uncertain distances are, in ratios; 1 as usual.
     """
 
     size_px: tuple[int, int]
@@ -111,8 +123,8 @@ class Sight:
     features: Float32Array
     context: Float32Array
     slots: tuple[Slot, ...]
-    unit_px: float = UNIT_PX
-    doubt: Float32Array | None = None
+    unit_px: float
+    doubt: Float32Array
 
     @property
     def hundredth(self) -> float:

@@ -14,13 +14,14 @@ import numpy as np
 
 from demospec.errors import CannotJudgeError
 from demospec.frames import FloatArray
+from demospec.perception._camera import to_grid
 from demospec.perception._patch_basis import OPPONENT, load_bases, solved
 from demospec.perception._patch_frame import frame_of
 from demospec.perception._results import Float32Array, Sight, Slot
 from demospec.perception._scene_code import CodeLength, SceneCode, SlotCode
 from demospec.perception._scene_code_draw import drawn_shadows, shadow_of, window_of
 from demospec.perception._scene_code_table import drawn_table, read_table
-from demospec.perception._sight import look, to_grid
+from demospec.perception._sight import look
 from demospec.scene import Image, Scene
 
 if TYPE_CHECKING:

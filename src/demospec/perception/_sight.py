@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from demospec.perception._camera import to_grid
 from demospec.perception._doubt import doubt_map
 from demospec.perception._fragments import Fragment, Joiner
 from demospec.perception._judge import SlotJudge
@@ -32,21 +33,6 @@ def canonical_grid(size_px: tuple[int, int], scale: float | None = None) -> tupl
     factor = CANONICAL_PX / max(size_px) if scale is None else scale
     width, height = (max(LEAST_PX, min(1200, round(side * factor))) for side in size_px)
     return width, height
-
-
-def to_grid(pixels: Image, grid: tuple[int, int]) -> Float32Array:
-    """(h, w, 3) uint8 → (3, grid) in [0, 1], smoothed where it shrinks."""
-    planes = pixels.transpose(2, 0, 1).astype(np.float32) / np.float32(255)
-    if (pixels.shape[1], pixels.shape[0]) == grid:
-        return np.ascontiguousarray(planes)
-    import PIL.Image
-
-    # A box moves rims by up to 0.2 pixels where the sizes are no multiples; this does not.
-    shrinks = pixels.shape[1] > grid[0]
-    how = PIL.Image.Resampling.HAMMING if shrinks else PIL.Image.Resampling.BICUBIC
-    # In floats: rounded between rows and columns, a turned picture would not give turned planes.
-    resized = [np.asarray(PIL.Image.fromarray(plane).resize(grid, how)) for plane in planes]
-    return np.asarray(np.clip(np.stack(resized), 0.0, 1.0), np.float32)
 
 
 def turned_array(values: NDArray[Any], turn: int) -> NDArray[Any]:

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from demospec.perception._fragments import Fragment, Joiner, joined
 from demospec.perception._judge import SlotJudge
-from demospec.perception._results import Float32Array, Slot
+from demospec.perception._results import Float32Array, Slot, padding
 from demospec.perception._shapes import distance_from_level
 from demospec.perception._things import KINDS
 
@@ -99,11 +99,10 @@ def _strong(part: Fragment, unit_px: float) -> bool:
 def _features_in(features: Float32Array, mask: NDArray[np.bool_]) -> Float32Array:
     """(c, h', w') features of the padded picture → (c, n) nearest to the pixels of a mask."""
     height, width = mask.shape
-    padded_h, padded_w = height + -height % 8, width + -width % 8
-    top, left = (-height % 8) // 2, (-width % 8) // 2
+    top, bottom, left, right = padding(height, width)
     rows, columns = np.nonzero(mask)
-    rows = (rows + top) // (padded_h // features.shape[1])
-    columns = (columns + left) // (padded_w // features.shape[2])
+    rows = (rows + top) // ((top + height + bottom) // features.shape[1])
+    columns = (columns + left) // ((left + width + right) // features.shape[2])
     return features[:, rows, columns]
 
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from demospec.perception import Body
 
 _TURNS = (1, 2, 3, 4, 5, 6, 7)
-_NEAR_PX = 1.5  # calibration uses paths this close to the clearance, hundredths of the table
+_NEAR = 1.5  # calibration uses paths this close to the clearance, hundredths of the table
 
 
 @dataclass(frozen=True)
@@ -162,14 +162,12 @@ def calibrate(looked: list[Looked], clearance: float | None, seed: int) -> Calib
                 continue
             alone = item.scene.with_changes(objects=(thing,), picture=None)
             exact = nearest_approach(alone, curves, (thing.symbol,))[:, 0]
-            close = np.abs(exact - keep) < _NEAR_PX * unit
+            close = np.abs(exact - keep) < _NEAR * unit
             if close.any():
                 along = read_map(sight.slots[row].distance, curves[close], sight.size_px)
                 nearest = np.arange(len(along)), along.argmin(axis=1)
                 gaps.setdefault(thing.symbol, []).append((along[nearest] - exact[close]) / unit)
-                doubt = np.ones(len(along))
-                if sight.doubt is not None:
-                    doubt = read_map(sight.doubt, curves[close][nearest], sight.size_px)
+                doubt = read_map(sight.doubt, curves[close][nearest], sight.size_px)
                 doubts.setdefault(thing.symbol, []).append(doubt)
     if not gaps:
         return Calibration({}, {})

@@ -77,12 +77,11 @@ def seen_parts(sight: Sight, head: SymbolHead | None, calibration: Calibration) 
     for slot, classes in zip(sight.slots, classes_of(sight, head), strict=True):
         bias, error = calibration.of_classes(classes)
         distance = slot.distance - np.float32(bias * unit)
-        doubt, usual = sight.doubt, 1.0
-        if doubt is not None:
-            # Of this thing as a whole, where its clearance may be; the rest is place by place.
-            around = (slot.distance > 0) & (slot.distance < _AROUND * unit)
-            usual = float(np.median(doubt[around])) if around.any() else 1.0
-            doubt = np.maximum(doubt / usual, _LEAST_ERROR / (error * usual)).astype(np.float32)
+        # Of this thing as a whole, where its clearance may be; the rest is place by place.
+        around = (slot.distance > 0) & (slot.distance < _AROUND * unit)
+        usual = float(np.median(sight.doubt[around])) if around.any() else 1.0
+        least = _LEAST_ERROR / (error * usual)
+        doubt = np.maximum(sight.doubt / usual, least).astype(np.float32)
         parts.append(Part(distance, classes, error * unit * usual, slot.center, False, doubt))
     return tuple(parts)
 

@@ -126,7 +126,8 @@ def _training_pictures(
     scenes: list[Scene], scale: float | None
 ) -> tuple[list[NDArray[np.float32]], list[NDArray[np.float32]]]:
     """Pictures (3, h, w) and signed distances (h, w) at canonical scale."""
-    from demospec.perception._sight import canonical_grid, to_grid
+    from demospec.perception._camera import to_grid
+    from demospec.perception._sight import canonical_grid
 
     pictures, distances = [], []
     for scene in scenes:
@@ -179,7 +180,7 @@ def _generated(count: int, seed: int, progress: Progress) -> tuple[Any, Any]:
 
     pictures, planes = [], []
     for first in range(0, count, 20):
-        some, answers = paint(1_000_000 + seed, first, min(20, count - first), int(CANONICAL_PX))
+        some, answers = paint(1_000_000 + seed, first, min(20, count - first), CANONICAL_PX)
         pictures.append(some)
         planes.append(answers)
         progress("painting pictures", first + len(some), count)
