@@ -1,5 +1,5 @@
-# Common tasks. TORCH chooses the build of PyTorch: the default is the small CPU build;
-# a person with a GPU runs, say,  make demo TORCH="torch --index-url URL-OF-THE-CUDA-BUILD".
+# Common tasks. TORCH chooses the build of PyTorch: the default is the one of pip's index (on Linux
+# often one for GPUs); another, say,  make demo TORCH="torch --index-url URL-OF-THE-CPU-BUILD".
 PYTHON ?= python3
 TORCH ?= torch==2.13.0
 VENV ?= .venv

@@ -228,3 +228,30 @@ def test_video_and_strip_show_the_motion(tmp_path: Path) -> None:
         assert video.n_frames > 5
     with pytest.raises(InputError, match=r"video: expected a name that ends in"):
         save_video(rollout, plan, scene, tmp_path / "rollout.avi")
+
+
+def test_triton_is_loaded_before_anything_is_drawn(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In the other order its LLVM and Mesa's end the process: no error to catch, so no order."""
+    import sys
+
+    import mujoco
+
+    (tmp_path / "triton.py").write_text("", encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "triton", raising=False)
+    there: list[bool] = []
+
+    def renderer(*_: object, **__: object) -> None:
+        there.append("triton" in sys.modules)
+        raise RuntimeError("seen enough")
+
+    monkeypatch.setattr(mujoco, "Renderer", renderer)
+    scene = table()
+    plan = plan_path(RULES, scene, goal=(22.0, 84.0))
+    rollout = execute_plan(plan, scene, RULES, robot="gantry")
+    with pytest.raises(DemospecError, match="seen enough"):
+        save_strip(rollout, plan, scene, tmp_path / "strip.png", n=1)
+    assert there == [True]
+    sys.modules.pop("triton")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
@@ -134,6 +134,11 @@ def _looks() -> Any:
 def _renderer(model: mujoco.MjModel) -> Iterator[Any]:
     import mujoco
 
+    # PyTorch's builds for GPUs bring Triton, and Mesa draws without a screen: both have an LLVM.
+    # Loaded after Mesa's, Triton's ends the process (with PyTorch's first optimiser); before it,
+    # both work.
+    with suppress(ImportError):
+        importlib.import_module("triton")
     try:
         renderer = mujoco.Renderer(model, height=_HEIGHT, width=_WIDTH)
     except Exception as error:  # OpenGL platforms raise whatever they like
