@@ -27,10 +27,10 @@ import numpy as np
 
 from demospec.demonstrations import DemonstrationSet, bezier_points, simulate_set
 from demospec.rules import learn_rules, nearest_approach
-from demospec.rules._clearance_evidence import ClearancePrior
-from demospec.rules._clearance_offsets import offset_labels
-from demospec.rules._clearance_posterior import SPREAD
 from demospec.rules._learn import passes_of
+from demospec.rules.clearance._likelihood import ClearancePrior
+from demospec.rules.clearance._offsets import offset_labels
+from demospec.rules.clearance._posterior import SPREAD
 from demospec.scene import Scene
 
 SYMBOLS = ("utensil", "plate", "bowl", "glass")

@@ -32,11 +32,11 @@ import numpy as np  # noqa: E402
 from demospec.demonstrations import bezier_points, simulate_set  # noqa: E402
 from demospec.files import write_json  # noqa: E402
 from demospec.perception import load_body  # noqa: E402
-from demospec.perception._looks import match_slots  # noqa: E402
+from demospec.perception.heads._symbols import match_slots  # noqa: E402
 from demospec.rules import nearest_approach, rules_from_document  # noqa: E402
-from demospec.specification._field import FieldModel  # noqa: E402
-from demospec.specification._field_sight import listed_parts  # noqa: E402
-from demospec.specification._field_view import FieldView, Part  # noqa: E402
+from demospec.specification.models.perceived_rule._model import FieldModel  # noqa: E402
+from demospec.specification.models.perceived_rule._observation import listed_parts  # noqa: E402
+from demospec.specification.models.perceived_rule._view import FieldView, Part  # noqa: E402
 
 RESULTS = Path(__file__).parent / "results" / "field.json"
 WAYS = ("seen", "true distance", "true class", "none missed", "all true", "listed")

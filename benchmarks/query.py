@@ -28,7 +28,7 @@ from demospec.rules import (
     evaluate_rule,
     next_query,
 )
-from demospec.rules._query_sets import paths_as_steps, verdicts, weighed_sets
+from demospec.rules.active._candidates import paths_as_steps, verdicts, weighed_sets
 
 TARGET = 1000
 

@@ -15,8 +15,8 @@ import json
 from collections import defaultdict
 from pathlib import Path
 
+from demospec.experiments.paper import ReproduceSettings
 from demospec.files import read_json
-from demospec.reproduction import ReproduceSettings
 
 SIMULATION_S = 0.6
 """Of the set of one seed, in each process: `demospec simulate` with 18 demonstrations a type."""

@@ -23,9 +23,9 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "rules"))
 from rules_oracle import answer_of
 from rules_problems import random_problem
 
-import demospec.rules._exact as exact
+import demospec.rules.influence.engines._exact as exact
 from demospec.rules import solve
-from demospec.rules._cpsat import ENUMERATED
+from demospec.rules.influence.engines._cp_sat import ENUMERATED
 
 SWEPT = exact.SWEEP_CELLS
 COUNTS = ("n_feasible", "n_optima_min", "n_optima_max")

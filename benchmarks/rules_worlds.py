@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from demospec.rules import Bounds, RuleObject, RuleProblem, RuleScene, RuleTrajectory
-from demospec.rules._steps import step_problem
+from demospec.rules.influence.engines._step_functions import step_problem
 
 
 @dataclass(frozen=True)

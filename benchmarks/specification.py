@@ -43,7 +43,7 @@ from demospec.specification import (  # noqa: E402
     repair,
     validity_map,
 )
-from demospec.specification._identify import Acceptances, acceptances, type_posterior  # noqa: E402
+from demospec.specification.evaluation._identify import Acceptances, acceptances, type_posterior  # noqa: E402
 
 RESULTS = Path(__file__).parent / "results"
 KS = (1, 3, 5, 10, 20)

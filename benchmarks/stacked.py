@@ -32,8 +32,8 @@ import torch  # noqa: E402
 from demospec.experiments import GridSettings  # noqa: E402
 from demospec.experiments._stacked_grid import jobs_of  # noqa: E402
 from demospec.specification import StackedJob, stack_size, train_stacked  # noqa: E402
-from demospec.specification._stacked import bytes_of_member, weights_of_member  # noqa: E402
-from demospec.specification._vae import Network  # noqa: E402
+from demospec.specification.models.beta_vae._network import Network  # noqa: E402
+from demospec.specification.models.beta_vae._stacked import bytes_of_member, weights_of_member  # noqa: E402
 
 RESULTS = Path(__file__).parent / "results" / "stacked.json"
 MAPS = 16 * 50 * 50 + 8 * 25 * 25 + 4 * 13 * 13

@@ -248,7 +248,7 @@ def studio(quick: bool) -> list[Row]:
     from demospec.demonstrations import simulate_set
     from demospec.rules import learn_rules
     from demospec.specification import validity_map
-    from demospec.studio._explore_map import explore_map
+    from demospec.studio.explore._map import explore_map
 
     data, _ = simulate_set(train_scenes=4, test_scenes=1, demonstrations=5, seed=0)
     scene, type_ = data.scenes[0], data.types[0]

@@ -5,8 +5,9 @@
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from demospec._lazy import names_of
 
 if TYPE_CHECKING:
     from demospec.causal import find_causes
@@ -47,10 +48,7 @@ __all__ = [
 ]
 
 
-def __getattr__(name: str) -> Any:
-    if name in _HOME:
-        return getattr(importlib.import_module(_HOME[name]), name)
-    raise AttributeError(f"module 'demospec' has no attribute {name!r}")
+__getattr__ = names_of(__name__, _HOME)
 
 
 def __dir__() -> list[str]:

@@ -26,7 +26,7 @@ from demospec.report import audit_picture
 from demospec.rules import nearest_approach
 from demospec.scene import Disc, Picture, Scene, SceneObject
 from demospec.specification import audit_set
-from demospec.specification._audit_conflict import smallest_conflict
+from demospec.specification.audit._conflict import smallest_conflict
 
 
 def consistent(near: np.ndarray, valid: np.ndarray) -> bool:

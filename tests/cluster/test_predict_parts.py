@@ -95,7 +95,7 @@ class Killed(BaseException):
 
 
 def test_a_killed_run_goes_on_where_it_was(place, tmp_path, monkeypatch):
-    import demospec.specification._predict_parts as parts
+    import demospec.specification.evaluation._predict_parts as parts
 
     model, store = str(place / "truth.json"), str(place / "set")
     whole = predict(load_model(model), read_set(place / "set"))

@@ -16,7 +16,7 @@ from demospec.demonstrations import (
     true_clearances,
     write_set,
 )
-from demospec.demonstrations._simulate_truth import margins
+from demospec.demonstrations.simulation._truth import margins
 from demospec.errors import InputError
 from demospec.scene import STATISTICS, TASK_SYMBOLS, Polygon, draw_scene, load_catalogue
 

@@ -13,8 +13,8 @@ from small_sets import change_line, path, rewrite_table, write_small
 
 from demospec.cli import main
 from demospec.demonstrations import check_set, read_set
-from demospec.demonstrations._faults import table_faults
 from demospec.demonstrations._table import from_arrow, schema
+from demospec.demonstrations.validation._faults import table_faults
 from demospec.errors import InputError
 
 

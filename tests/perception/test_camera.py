@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from demospec.perception import load_body, look
-from demospec.perception._camera import Camera, to_grid
-from demospec.perception._results import CANONICAL_PX, UNIT_PX
-from demospec.perception._sight import table_px
-from demospec.perception._weights import body_from
+from demospec.perception._observation import CANONICAL_PX, UNIT_PX
+from demospec.perception.inference._observe import table_px
+from demospec.perception.network._weights import body_from
+from demospec.perception.synthetic._camera import Camera, to_grid
 
 
 def disc(size: int, x: float, y: float, radius: float, fine: int = 8) -> np.ndarray:

@@ -8,11 +8,11 @@ from scipy.stats import spearmanr
 
 from demospec.demonstrations import simulate_set
 from demospec.perception import load_body, look
-from demospec.perception._doubt import doubt_map
-from demospec.perception._pretrain import paint
-from demospec.perception._weights import body_from
+from demospec.perception.heads._uncertainty import doubt_map
+from demospec.perception.network._weights import body_from
+from demospec.perception.training._pretrain import paint
 from demospec.specification import fit_model
-from demospec.specification._field_view import Part
+from demospec.specification.models.perceived_rule._view import Part
 
 
 def test_distances_err_more_where_the_body_doubts() -> None:

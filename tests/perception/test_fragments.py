@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from demospec.perception import _shapes as shapes
 from demospec.perception import load_body
-from demospec.perception._fragments import (
+from demospec.perception.heads._objectness import SlotJudge
+from demospec.perception.inference._merging import (
     HIGHEST,
     PAIR_FEATURES,
     Fragment,
@@ -16,9 +16,9 @@ from demospec.perception._fragments import (
     pairs,
     saddles,
 )
-from demospec.perception._judge import SlotJudge
-from demospec.perception._slots import find_slots, fragments
-from demospec.perception._things import KINDS
+from demospec.perception.inference._segments import find_slots, fragments
+from demospec.perception.synthetic import _shapes as shapes
+from demospec.perception.synthetic._things import KINDS
 
 LONG = 5 + KINDS.index("long")
 BLANK = np.full((3, 100, 100), 0.5, np.float32)

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from demospec.perception import _shapes as shapes
 from demospec.perception import make_picture
-from demospec.perception._backgrounds import NoiseBank
-from demospec.perception._things import CLEAR_SHARE, KINDS, kind_shares, make_thing
+from demospec.perception.synthetic import _shapes as shapes
+from demospec.perception.synthetic._backgrounds import NoiseBank
+from demospec.perception.synthetic._things import CLEAR_SHARE, KINDS, kind_shares, make_thing
 
 FINE = 12
 

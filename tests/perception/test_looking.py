@@ -12,7 +12,7 @@ import pytest
 from demospec.demonstrations import simulate_set
 from demospec.errors import CannotJudgeError, InputError
 from demospec.perception import canonical_grid, detect_objects, load_body, look, recipe_of
-from demospec.perception._sight import turned_array, turned_back
+from demospec.perception.inference._observe import turned_array, turned_back
 from demospec.scene import Scene
 
 DISCS = ((30.0, 34.0, 11.0), (71.0, 66.0, 8.0))

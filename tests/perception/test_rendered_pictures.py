@@ -7,12 +7,12 @@ import pytest
 from scipy.ndimage import binary_fill_holes, distance_transform_edt, label
 
 from demospec.perception import load_body, look
-from demospec.perception._backgrounds import NoiseBank
-from demospec.perception._judge import owner_in
-from demospec.perception._pretrain import paint
-from demospec.perception._rendered import render_picture
-from demospec.perception._solids import make_solid
-from demospec.perception._things import KINDS, kind_shares
+from demospec.perception.heads._objectness import owner_in
+from demospec.perception.synthetic._backgrounds import NoiseBank
+from demospec.perception.synthetic._rendered import render_picture
+from demospec.perception.synthetic._solids import make_solid
+from demospec.perception.synthetic._things import KINDS, kind_shares
+from demospec.perception.training._pretrain import paint
 from demospec.scene import Polygon, coverage, outline
 
 FINE = 16

@@ -18,7 +18,7 @@ from demospec.perception import (
     look,
     read_scene_code,
 )
-from demospec.perception._scene_code_draw import outline_of
+from demospec.perception.scene_code._draw import outline_of
 from demospec.scene import Scene
 
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from demospec.perception._fragments import PAIR_FEATURES, Joiner
-from demospec.perception._judge import SlotJudge
-from demospec.perception._slots import find_slots
+from demospec.perception.heads._objectness import SlotJudge
+from demospec.perception.inference._merging import PAIR_FEATURES, Joiner
+from demospec.perception.inference._segments import find_slots
 
 NONE = np.zeros(PAIR_FEATURES)
 NEVER = Joiner(NONE, NONE + 1, NONE, -9.0)

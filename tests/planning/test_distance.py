@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from demospec.planning._distance import nearest, path_distance, segment_distance, segments_keep
+from demospec.geometry import nearest, path_distance, segment_distance, segments_keep
 from demospec.scene import Capsule, Disc, Footprint, Polygon
 
 numbers = st.floats(-20, 20, allow_nan=False)

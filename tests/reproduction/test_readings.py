@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from demospec.reproduction._page_rules import _change, _optima
-from demospec.reproduction._readings import (
+from demospec.experiments.paper._page_rules import _change, _optima
+from demospec.experiments.paper._readings import (
     ablation_reading,
     accuracy_reading,
     causes_reading,

@@ -12,8 +12,8 @@ import pytest
 pytest.importorskip("torch", reason="pip install 'demospec[vision]' brings torch")
 
 from demospec.errors import InputError
-from demospec.reproduction import ReproduceSettings, reproduce
-from demospec.reproduction._participants import PARTICIPANTS, participants_study
+from demospec.experiments.paper import ReproduceSettings, reproduce
+from demospec.experiments.paper._participants import PARTICIPANTS, participants_study
 
 SMALL = ReproduceSettings(
     seeds=1, counts=(1,), clustered_counts=(1,), models=("full", "irl"), starts=4, particles=2,

@@ -12,14 +12,14 @@ from hypothesis import strategies as st
 
 from demospec.errors import InputError
 from demospec.rules import fit_clearance, nearest_approach
-from demospec.rules._clearance_evidence import (
+from demospec.rules.clearance._likelihood import (
     ClearancePrior,
     log_label_evidence,
     log_sum,
     shared_evidence,
 )
-from demospec.rules._clearance_space import ClearanceSpace
-from demospec.rules._clearance_subsets import every_subset, nearest_of
+from demospec.rules.clearance._model_selection import every_subset, nearest_of
+from demospec.rules.clearance._version_space import ClearanceSpace
 
 
 def consistent_by_hand(d, valid, subset, grid):

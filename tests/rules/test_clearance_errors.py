@@ -11,9 +11,9 @@ import pytest
 from clearance_worlds import SYMBOLS, accepts, curves, demonstration_set, scene
 
 from demospec.rules import fit_clearance, learn_rules, nearest_approach
-from demospec.rules._clearance_offsets import offset_labels
-from demospec.rules._clearance_passes import Passes, passes
-from demospec.rules._clearance_people import Shown, fit_people
+from demospec.rules.clearance._encounters import Passes, passes
+from demospec.rules.clearance._multi_user import Shown, fit_people
+from demospec.rules.clearance._offsets import offset_labels
 from demospec.scene import Capsule, Disc, Scene, SceneObject
 
 GLASS = np.array([True])
@@ -90,7 +90,7 @@ def test_the_fewer_cells_a_clearance_can_lie_in_the_more_errors_are_drawn(
         asked.append((len(arguments[3]), arguments[6]))
         return offset_labels(*arguments)
 
-    monkeypatch.setattr("demospec.rules._clearance_errors.offset_labels", spied)
+    monkeypatch.setattr("demospec.rules.clearance._position_errors.offset_labels", spied)
     for each in (1, 10):
         one = shown(11, RULE, each, 2.0)
         fit_clearance(one.nearest, one.valid, SYMBOLS, passes=one.passes)

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from demospec.rules import fit_clearance
-from demospec.rules._clearance_evidence import (
+from demospec.rules.clearance._estimate import point_answer
+from demospec.rules.clearance._likelihood import (
     ClearancePrior,
     Particles,
     log_label_evidence,
     margins,
 )
-from demospec.rules._clearance_point import point_answer
-from demospec.rules._clearance_separate import separate_particles
-from demospec.rules._clearance_space import ClearanceSpace
+from demospec.rules.clearance._separate_clearances import separate_particles
+from demospec.rules.clearance._version_space import ClearanceSpace
 
 
 def labelled(seed: int) -> tuple[np.ndarray, np.ndarray, list[str]]:

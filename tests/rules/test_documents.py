@@ -26,7 +26,7 @@ from demospec.rules import (
     rules_document,
     rules_from_document,
 )
-from demospec.rules._influence_rule import influence_words
+from demospec.rules.influence._rule import influence_words
 
 RULES = {"careful": dict.fromkeys(SYMBOLS, 3.0), "normal": {"glass": 3.0}, "aggressive": {}}
 

@@ -23,8 +23,8 @@ from demospec.rules import (
     register_feature,
     solve,
 )
-from demospec.rules._features import FEATURES
-from demospec.rules._measure import Batch, exact_level, exact_penalty
+from demospec.rules.constraints._point_features import FEATURES
+from demospec.rules.influence.engines._arithmetic import Batch, exact_level, exact_penalty
 
 ENGINES = ("exact", "step", "direct")
 
@@ -205,7 +205,7 @@ def test_a_new_feature_needs_a_function_and_a_sentence(monkeypatch):
 def test_the_evaluator_agrees_with_the_answer():
     from rules_problems import random_problem
 
-    from demospec.rules._evaluate import consistent
+    from demospec.rules.influence._evaluate import consistent
 
     for seed in range(40):
         problem = random_problem(seed)

@@ -11,9 +11,9 @@ import pytest
 from rules_oracle import answer_from_sets, assert_same, consistent_sets, contradictions, totals
 from rules_problems import pixel_problem, random_problem
 
-import demospec.rules._exact as exact
-import demospec.rules._tolerant as tolerant
-import demospec.rules._tolerant_grid as grid
+import demospec.rules.influence.engines._exact as exact
+import demospec.rules.influence.engines._min_violations as tolerant
+import demospec.rules.influence.engines._min_violations_grid as grid
 from demospec.errors import InputError
 from demospec.rules import (
     Bounds,
@@ -27,7 +27,7 @@ from demospec.rules import (
     minimal_conflict,
     solve,
 )
-from demospec.rules._label_noise import slack_of
+from demospec.rules.influence._label_noise import slack_of
 
 
 @pytest.fixture(params=["counted", "searched"])

@@ -12,9 +12,9 @@ import pytest
 from rules_oracle import answer_of, assert_same, pixel_answer
 from rules_problems import pixel_problem, random_problem
 
-import demospec.rules._exact as exact
+import demospec.rules.influence.engines._exact as exact
 from demospec.rules import Bounds, RuleObject, RuleProblem, RuleScene, RuleTrajectory, solve
-from demospec.rules._cpsat import ENUMERATED
+from demospec.rules.influence.engines._cp_sat import ENUMERATED
 
 DATA = Path(__file__).parent / "data"
 

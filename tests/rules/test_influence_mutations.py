@@ -153,7 +153,7 @@ def battery():
 def notices(rules, battery, engine) -> bool:
     """Whether any problem is answered differently from brute force (or not at all)."""
     if engine == "search":
-        importlib.import_module("demospec.rules._exact").SWEEP_CELLS = -1
+        importlib.import_module("demospec.rules.influence.engines._exact").SWEEP_CELLS = -1
     for reading, top, expected in battery:
         if engine == "step" and reading not in ("sum", "nearest"):
             continue

@@ -7,7 +7,7 @@ import pytest
 import rules_oracle
 from rules_problems import pixel_problem, random_problem
 
-import demospec.rules._exact as exact
+import demospec.rules.influence.engines._exact as exact
 from demospec.errors import InputError
 from demospec.rules import (
     Bounds,

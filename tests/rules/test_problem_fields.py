@@ -10,7 +10,7 @@ import pytest
 from demospec.cli import main
 from demospec.errors import InputError
 from demospec.rules import answer_problem, problem_from_document, query_file
-from demospec.rules._clearance_problem import clearance_problem_from_document
+from demospec.rules.clearance._problem import clearance_problem_from_document
 
 INFLUENCE = {
     "F_max": 60,

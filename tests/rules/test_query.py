@@ -24,15 +24,15 @@ from demospec.rules import (
     query_file,
     query_set,
 )
-from demospec.rules._clearance_problem import ClearanceProblem, solve_clearance
-from demospec.rules._query import answer_bits
-from demospec.rules._query_sets import (
+from demospec.rules.active._candidates import (
     contradictions,
     paths_as_steps,
     verdicts,
     weighed_sets,
 )
-from demospec.rules._steps import step_problem
+from demospec.rules.active._query import answer_bits
+from demospec.rules.clearance._problem import ClearanceProblem, solve_clearance
+from demospec.rules.influence.engines._step_functions import step_problem
 
 
 def small(**changes: object) -> RuleProblem:

@@ -43,7 +43,7 @@ def test_a_table_that_a_person_understands(
 
 
 def test_it_loads_what_it_needs_and_no_more(folder: Path) -> None:
-    unused = ("PIL", "pyarrow.compute", "demospec.cli._fit", "demospec.scene._compose")
+    unused = ("PIL", "pyarrow.compute", "demospec.cli._fit", "demospec.scene.rendering._compose")
     code = (
         "import sys; from demospec.cli import main\n"
         f"try: main(['rules', {str(folder)!r}, '--json'])\n"

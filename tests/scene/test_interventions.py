@@ -18,8 +18,6 @@ from demospec.scene import (
     Placement,
     Scene,
     SceneObject,
-    _catalogue,
-    _sweethome3d,
     compose_scene,
     cut_out,
     draw_light,
@@ -35,6 +33,7 @@ from demospec.scene import (
     room_around,
     swap_object,
 )
+from demospec.scene.rendering.catalogues import _catalogue, _sweethome3d
 
 
 def a_scene(seed: int = 0, **more: int) -> Scene:

@@ -11,9 +11,10 @@ import PIL.Image
 import pytest
 
 from demospec.errors import InputError, MissingPackageError
-from demospec.scene import TASK_SYMBOLS, Catalogue, _catalogue, _sweethome3d, load_catalogue
-from demospec.scene._obj import read_obj
-from demospec.scene._sprites import SAMPLES
+from demospec.scene import TASK_SYMBOLS, Catalogue, load_catalogue
+from demospec.scene.rendering._sprites import SAMPLES
+from demospec.scene.rendering.catalogues import _catalogue, _sweethome3d
+from demospec.scene.rendering.catalogues._obj import read_obj
 
 OBJ = b"""mtllib thing.mtl
 v 0 0 0

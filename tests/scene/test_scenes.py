@@ -20,8 +20,8 @@ from demospec.scene import (
     draw_table,
     load_catalogue,
 )
-from demospec.scene._light import checked_light, direction
-from demospec.scene._tables import KINDS, table_albedo
+from demospec.scene.rendering._light import checked_light, direction
+from demospec.scene.rendering._tables import KINDS, table_albedo
 
 TASKS = tuple(TASK_SYMBOLS)
 

@@ -39,7 +39,7 @@ def test_a_model_that_names_no_device_is_read(train, tmp_path):
 @pytest.mark.skipif(not torch.cuda.is_available(), reason="needs a CUDA device")
 def test_a_gpu_tunes_the_body_as_the_cpu_does(train):
     from demospec.perception import load_body
-    from demospec.specification._field_tune import TuneSettings, tuned_body
+    from demospec.specification.models.perceived_rule._tune import TuneSettings, tuned_body
 
     few = TuneSettings(steps=5, batch=2, generated=20)
     here, there = (

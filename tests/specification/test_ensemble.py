@@ -27,7 +27,7 @@ from demospec.specification import (
     predict,
     repair,
 )
-from demospec.specification._ensemble_fit import resampled
+from demospec.specification.models._ensemble_fit import resampled
 
 pytest.importorskip("torch", reason="torch comes with demospec[vision]")
 

@@ -210,7 +210,7 @@ def test_an_unknown_setting_is_refused(data):
 
 def test_tuning_leaves_the_shipped_body_alone_and_brings_it_nearer_to_the_outlines(data):
     from demospec.perception import load_body
-    from demospec.specification._field_tune import (
+    from demospec.specification.models.perceived_rule._tune import (
         TuneSettings,
         _distance_loss,
         _training_pictures,

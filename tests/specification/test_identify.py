@@ -9,7 +9,7 @@ from colour_worlds import DiscModel, disc_scene
 
 from demospec.demonstrations import Demonstration, Demonstrations, DemonstrationSet
 from demospec.specification import ControlPlane, identify
-from demospec.specification._identify import acceptances, clusters, type_posterior
+from demospec.specification.evaluation._identify import acceptances, clusters, type_posterior
 
 MODEL = DiscModel(5.0)
 

@@ -19,7 +19,7 @@ from demospec.specification import (
     reconstruct_scenes,
     sample_set,
 )
-from demospec.specification._field import FieldModel
+from demospec.specification.models.perceived_rule._model import FieldModel
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from demospec.demonstrations import Demonstration, Demonstrations, DemonstrationSet, bezier_points
 from demospec.errors import CannotJudgeError, InputError
 from demospec.specification import evaluate, predict
-from demospec.specification._evaluate import clustered_interval, score, wilson
+from demospec.specification.evaluation._evaluate import clustered_interval, score, wilson
 
 
 def disc_set(n: int = 20, *, types: tuple[str | None, ...] = ("careful",)) -> DemonstrationSet:

@@ -10,14 +10,14 @@ from colour_worlds import colour_set
 
 from demospec.errors import InputError
 from demospec.specification import PaperSettings, fit_model, predict
-from demospec.specification._paper import PaperModel
-from demospec.specification._stacked import (
+from demospec.specification.models.beta_vae._model import PaperModel
+from demospec.specification.models.beta_vae._stacked import (
     StackedJob,
     bytes_of_member,
     stack_size,
     train_stacked,
 )
-from demospec.specification._training_data import TrainingData, training_data
+from demospec.specification.models.beta_vae._training_data import TrainingData, training_data
 
 torch = pytest.importorskip("torch", reason="torch comes with demospec[vision]")
 
@@ -27,7 +27,7 @@ TOLERANCE = 1e-5
 
 def plain_fit(data: TrainingData, settings: PaperSettings, seed: int) -> dict[str, np.ndarray]:
     """The same training written down once more, one network, no stack, nothing shared."""
-    from demospec.specification._vae import Network
+    from demospec.specification.models.beta_vae._network import Network
 
     alpha, beta, gamma = settings.weights
     with torch.random.fork_rng(devices=[]):
@@ -133,7 +133,7 @@ def test_a_decoder_without_use_keeps_its_first_weights_beside_one_that_learns():
     for job, weights in zip(jobs, found, strict=True):
         if job.settings.ablation == "classifier":
             torch.manual_seed(job.seed)
-            from demospec.specification._vae import Network
+            from demospec.specification.models.beta_vae._network import Network
 
             first = Network(len(job.data.types), 2).state_dict()
             for name in first:
@@ -173,8 +173,8 @@ def test_a_stack_is_no_larger_than_its_memory():
 
 
 def test_the_weights_counted_are_the_networks():
-    from demospec.specification._stacked import weights_of_member
-    from demospec.specification._vae import Network
+    from demospec.specification.models.beta_vae._network import Network
+    from demospec.specification.models.beta_vae._stacked import weights_of_member
 
     for order in (2, 4):
         data = training_data(colour_set(2, 2), order=order)
@@ -195,7 +195,7 @@ def test_faults_are_named():
 def test_nothing_of_a_step_stays_behind_on_the_cpu(precision):
     # The meta device computes shapes only, and refuses to meet a tensor of another device: what
     # a GPU would refuse too.
-    from demospec.specification import _stacked_steps as steps
+    from demospec.specification.models.beta_vae import _stacked_steps as steps
 
     where = torch.device("meta")
     members = [steps.Member(j.data, *j.settings.weights, j.seed) for j in some_jobs(3)]

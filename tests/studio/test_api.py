@@ -24,11 +24,11 @@ with warnings.catch_warnings():
     from fastapi.testclient import TestClient
 
 from demospec.errors import InputError
-from demospec.studio._api import docs_html, install, openapi
-from demospec.studio._guard import MAX_BODY_BYTES, Guard
-from demospec.studio._server import serve
-from demospec.studio._upload import free_name, scene_from_picture
-from demospec.studio._workbench import Workbench
+from demospec.studio.server._api import docs_html, install, openapi
+from demospec.studio.server._guard import MAX_BODY_BYTES, Guard
+from demospec.studio.server._server import serve
+from demospec.studio.session._upload import free_name, scene_from_picture
+from demospec.studio.session._workspace import Workbench
 
 HERE = "http://127.0.0.1"
 

@@ -12,9 +12,9 @@ from demospec.errors import InputError
 from demospec.rules import RuleSet, rules_from_document
 from demospec.scene import Capsule, Disc, Footprint, Polygon, Scene, SceneObject
 from demospec.specification import ValidityMap, validity_map
-from demospec.studio._explore_answer import look, mend, outline_path, put_down, solutions
-from demospec.studio._explore_map import boundary_path, explore_map
-from demospec.studio._explore_state import Edits, Explorer, Question, path_of
+from demospec.studio.explore._answers import look, mend, outline_path, put_down, solutions
+from demospec.studio.explore._map import boundary_path, explore_map
+from demospec.studio.explore._state import Edits, Explorer, Question, path_of
 
 
 @pytest.fixture(scope="module")

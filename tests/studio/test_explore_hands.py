@@ -10,7 +10,7 @@ import pytest
 from demospec.causal import editor_for
 from demospec.demonstrations import simulate_set
 from demospec.scene import Scene
-from demospec.studio._explore_hands import Hands
+from demospec.studio.explore._editor import Hands
 
 
 @pytest.fixture(scope="module", params=["photographed", "composed"])

@@ -103,7 +103,7 @@ def test_dragging_the_control_point_moves_the_verdict(page: Any, address: str, r
     settled(page, "s.model === 'truth'")
     data, truth = read_set(run / "set"), read_rules(run / "set" / "truth.json")
     scene = data.scenes[0]
-    from demospec.studio._explore_state import path_of
+    from demospec.studio.explore._state import path_of
 
     seen = set()
     for x, y in ((50.0, 50.0), (5.0, 5.0), (100.0, 100.0), (20.0, 30.0)):

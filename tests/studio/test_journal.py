@@ -19,9 +19,9 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
 from demospec.demonstrations import DemonstrationSet, read_set, simulate_set, write_set
 from demospec.errors import InputError, OutputError
-from demospec.studio._journal import Journal
-from demospec.studio._models import SO_FAR
-from demospec.studio._workbench import Workbench
+from demospec.studio.session._journal import Journal
+from demospec.studio.session._models import SO_FAR
+from demospec.studio.session._workspace import Workbench
 
 PATH = [[10.0, 50.0], [50.0, 70.0], [90.0, 50.0]]
 
@@ -151,7 +151,7 @@ def test_threads_and_two_openings_do_not_lose_or_repeat(tmp_path: Path) -> None:
 KILLED = """
 import sys
 from pathlib import Path
-from demospec.studio._workbench import Workbench
+from demospec.studio.session._workspace import Workbench
 bench = Workbench(out=Path(sys.argv[1]))
 scene = bench.scenes[0].scene_id
 while True:

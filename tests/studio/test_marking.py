@@ -10,10 +10,10 @@ import pytest
 
 from demospec.demonstrations import bezier_points, read_set
 from demospec.errors import InputError
-from demospec.studio._teach_state import NotNow, TeachState
-from demospec.studio._understood import understand
-from demospec.studio._upload import scene_from_picture
-from demospec.studio._workbench import Workbench
+from demospec.studio.session._upload import scene_from_picture
+from demospec.studio.session._workspace import Workbench
+from demospec.studio.teach._state import NotNow, TeachState
+from demospec.studio.teach._summary import understand
 
 
 def loop(x: float, y: float, r: float) -> list[list[float]]:

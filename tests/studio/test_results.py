@@ -9,10 +9,10 @@ from pathlib import Path
 from demospec.demonstrations import simulate_set, write_set
 from demospec.files import write_json
 from demospec.rules import RuleSet
-from demospec.studio._results import results_html
-from demospec.studio._results_curves import curve_files, curves
-from demospec.studio._results_export import export
-from demospec.studio._results_view import (
+from demospec.studio.results._curves import curve_files, curves
+from demospec.studio.results._export import export
+from demospec.studio.results._page import results_html
+from demospec.studio.results._view import (
     accuracy,
     audit,
     curve_table,
@@ -21,7 +21,7 @@ from demospec.studio._results_view import (
     repairs,
     section,
 )
-from demospec.studio._workbench import Workbench
+from demospec.studio.session._workspace import Workbench
 
 
 def score(balanced: float | None) -> dict[str, object]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from demospec.demonstrations import Demonstration
 from demospec.scene import Disc, Scene, SceneObject
-from demospec.studio._scene_svg import scene_svg
+from demospec.studio.drawing._scene_svg import scene_svg
 
 
 def test_names_from_files_cannot_inject_markup() -> None:

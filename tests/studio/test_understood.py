@@ -22,11 +22,11 @@ from demospec.demonstrations import (
 from demospec.errors import InputError
 from demospec.rules import RuleSet, learn_rules, nearest_approach, passes, rules_document
 from demospec.scene import Capsule, Disc, Picture, Polygon, Scene, SceneObject
-from demospec.studio._near import NearMemory, PassMemory
-from demospec.studio._rings import contour_at, rings_svg
-from demospec.studio._teach_state import TeachState
-from demospec.studio._teach_words import culprit_words
-from demospec.studio._understood import (
+from demospec.studio.drawing._contours import contour_at, rings_svg
+from demospec.studio.session._distance_cache import NearMemory, PassMemory
+from demospec.studio.session._workspace import Workbench
+from demospec.studio.teach._state import TeachState
+from demospec.studio.teach._summary import (
     Memory,
     Understood,
     conflicts,
@@ -36,7 +36,7 @@ from demospec.studio._understood import (
     question,
     understand,
 )
-from demospec.studio._workbench import Workbench
+from demospec.studio.teach._text import culprit_words
 
 GLASS = SceneObject("glass-0", "glass", (50.0, 50.0), None, Disc((50.0, 50.0), 6.0))
 PLATE = SceneObject("plate-0", "plate", (50.0, 20.0), None, Disc((50.0, 20.0), 5.0))
@@ -263,7 +263,7 @@ def test_a_verdict_that_was_foreseen_is_not_learned_again(
         learned.append(len(data.demonstrations))
         return learn_rules(data, **settings)
 
-    monkeypatch.setattr("demospec.studio._understood.learn_rules", learning)
+    monkeypatch.setattr("demospec.studio.teach._summary.learn_rules", learning)
     bench = Workbench(out=tmp_path / "taught")
     state = TeachState(bench)
     scene = bench.scenes[0]

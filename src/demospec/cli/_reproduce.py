@@ -51,9 +51,9 @@ def reproduce(
     Resumes an earlier run. Full: 10 randomisations, some 35 minutes on two cores (estimated).
     """
     one_thread()
+    from demospec.experiments.paper import ReproduceSettings
+    from demospec.experiments.paper import reproduce as run
     from demospec.files import read_json
-    from demospec.reproduction import ReproduceSettings
-    from demospec.reproduction import reproduce as run
 
     began = time.monotonic()
     settings = ReproduceSettings.quick(seed) if quick else ReproduceSettings(seed=seed)

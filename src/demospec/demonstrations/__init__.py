@@ -5,11 +5,11 @@ Names load on first use: who reads a set does not wait for what draws one.
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from demospec._lazy import names_of
 
 if TYPE_CHECKING:
-    from demospec.demonstrations import _edit as edit
     from demospec.demonstrations._bezier import (
         bernstein,
         bezier_basis,
@@ -19,8 +19,6 @@ if TYPE_CHECKING:
         fit_bezier,
         resample,
     )
-    from demospec.demonstrations._check import CheckReport, Problem, check_set
-    from demospec.demonstrations._partition import count_rows, cut_rows, read_part
     from demospec.demonstrations._protocol import (
         DifferentiableView,
         Paths,
@@ -28,13 +26,9 @@ if TYPE_CHECKING:
         View,
         p_valid_mean,
     )
-    from demospec.demonstrations._sample import sample_set
     from demospec.demonstrations._schema import parse
     from demospec.demonstrations._set import DemonstrationSet
-    from demospec.demonstrations._simulate import random_paths, simulate_set
-    from demospec.demonstrations._simulate_truth import true_clearances
     from demospec.demonstrations._store import pictures_in_memory, read_set, write_set
-    from demospec.demonstrations._stream import iterate_batches
     from demospec.demonstrations._trajectory import (
         MAX_COORDINATE,
         MAX_POINTS,
@@ -42,6 +36,13 @@ if TYPE_CHECKING:
         Demonstrations,
         checked_points,
     )
+    from demospec.demonstrations.editing import _edit as edit
+    from demospec.demonstrations.large._partition import count_rows, cut_rows, read_part
+    from demospec.demonstrations.large._sample import sample_set
+    from demospec.demonstrations.large._stream import iterate_batches
+    from demospec.demonstrations.simulation._simulate import random_paths, simulate_set
+    from demospec.demonstrations.simulation._truth import true_clearances
+    from demospec.demonstrations.validation._check import CheckReport, Problem, check_set
 
 __all__ = [
     "MAX_COORDINATE",
@@ -81,7 +82,7 @@ __all__ = [
 ]
 
 _HOME = {
-    "CheckReport": "_check",
+    "CheckReport": "validation._check",
     "Demonstration": "_trajectory",
     "DemonstrationSet": "_set",
     "Demonstrations": "_trajectory",
@@ -89,37 +90,33 @@ _HOME = {
     "MAX_COORDINATE": "_trajectory",
     "MAX_POINTS": "_trajectory",
     "Paths": "_protocol",
-    "Problem": "_check",
+    "Problem": "validation._check",
     "ValidityModel": "_protocol",
     "View": "_protocol",
     "bernstein": "_bezier",
     "bezier_basis": "_bezier",
     "bezier_points": "_bezier",
-    "check_set": "_check",
+    "check_set": "validation._check",
     "checked_points": "_trajectory",
     "control_gradients": "_bezier",
-    "count_rows": "_partition",
-    "cut_rows": "_partition",
+    "count_rows": "large._partition",
+    "cut_rows": "large._partition",
     "densify": "_bezier",
+    "edit": "editing._edit:",
     "fit_bezier": "_bezier",
-    "iterate_batches": "_stream",
+    "iterate_batches": "large._stream",
     "p_valid_mean": "_protocol",
     "parse": "_schema",
     "pictures_in_memory": "_store",
-    "random_paths": "_simulate",
-    "read_part": "_partition",
+    "random_paths": "simulation._simulate",
+    "read_part": "large._partition",
     "read_set": "_store",
     "resample": "_bezier",
-    "sample_set": "_sample",
-    "simulate_set": "_simulate",
-    "true_clearances": "_simulate_truth",
+    "sample_set": "large._sample",
+    "simulate_set": "simulation._simulate",
+    "true_clearances": "simulation._truth",
     "write_set": "_store",
 }
 
 
-def __getattr__(name: str) -> Any:
-    if name == "edit":
-        return importlib.import_module("demospec.demonstrations._edit")
-    if name in _HOME:
-        return getattr(importlib.import_module(f"demospec.demonstrations.{_HOME[name]}"), name)
-    raise AttributeError(f"module 'demospec.demonstrations' has no attribute {name!r}")
+__getattr__ = names_of(__name__, _HOME)

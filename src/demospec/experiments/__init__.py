@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from demospec._lazy import names_of
 from demospec.experiments._stages import RunRecord, Stage, code_key, run_stages
 
 if TYPE_CHECKING:
@@ -42,7 +42,4 @@ _HOME = {
 }
 
 
-def __getattr__(name: str) -> Any:
-    if name in _HOME:
-        return getattr(importlib.import_module(f"demospec.experiments.{_HOME[name]}"), name)
-    raise AttributeError(f"module 'demospec.experiments' has no attribute {name!r}")
+__getattr__ = names_of(__name__, _HOME)

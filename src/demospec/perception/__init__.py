@@ -5,30 +5,30 @@ Result types load at once; whatever needs torch loads on first use.
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from demospec.perception._results import Sight, Slot, read_map
-from demospec.perception._things import KINDS
+from demospec._lazy import names_of
+from demospec.perception._observation import Sight, Slot, read_map
+from demospec.perception.synthetic._things import KINDS
 
 if TYPE_CHECKING:
-    from demospec.perception._body import Body, BodySize
-    from demospec.perception._detect import (
+    from demospec.perception._detection import (
         DetectedObject,
         detect_in_set,
         detect_objects,
         fit_symbol_head,
     )
-    from demospec.perception._looks import SymbolHead
     from demospec.perception._overlay import overlay_picture
-    from demospec.perception._pictures import make_picture
-    from demospec.perception._pretrain import PretrainSettings, pretrain
-    from demospec.perception._scene_code import CodeLength, SceneCode, SlotCode
-    from demospec.perception._scene_code_draw import draw_scene_code
-    from demospec.perception._scene_code_read import read_scene_code
-    from demospec.perception._scene_code_sample import SceneSampler
-    from demospec.perception._sight import canonical_grid, look
-    from demospec.perception._weights import SHIPPED, load_body, recipe_of
+    from demospec.perception.heads._symbols import SymbolHead
+    from demospec.perception.inference._observe import canonical_grid, look
+    from demospec.perception.network._distance_net import Body, BodySize
+    from demospec.perception.network._weights import SHIPPED, load_body, recipe_of
+    from demospec.perception.scene_code._code import CodeLength, SceneCode, SlotCode
+    from demospec.perception.scene_code._draw import draw_scene_code
+    from demospec.perception.scene_code._read import read_scene_code
+    from demospec.perception.scene_code._sample import SceneSampler
+    from demospec.perception.synthetic._pictures import make_picture
+    from demospec.perception.training._pretrain import PretrainSettings, pretrain
 
 __all__ = [
     "KINDS",
@@ -60,32 +60,29 @@ __all__ = [
 ]
 
 _HOME = {
-    "CodeLength": "_scene_code",
-    "SceneCode": "_scene_code",
-    "SceneSampler": "_scene_code_sample",
-    "SlotCode": "_scene_code",
-    "draw_scene_code": "_scene_code_draw",
-    "read_scene_code": "_scene_code_read",
-    "SHIPPED": "_weights",
-    "Body": "_body",
-    "BodySize": "_body",
-    "DetectedObject": "_detect",
-    "PretrainSettings": "_pretrain",
-    "SymbolHead": "_looks",
-    "canonical_grid": "_sight",
-    "detect_in_set": "_detect",
-    "detect_objects": "_detect",
-    "fit_symbol_head": "_detect",
-    "load_body": "_weights",
-    "look": "_sight",
-    "make_picture": "_pictures",
+    "CodeLength": "scene_code._code",
+    "SceneCode": "scene_code._code",
+    "SceneSampler": "scene_code._sample",
+    "SlotCode": "scene_code._code",
+    "draw_scene_code": "scene_code._draw",
+    "read_scene_code": "scene_code._read",
+    "SHIPPED": "network._weights",
+    "Body": "network._distance_net",
+    "BodySize": "network._distance_net",
+    "DetectedObject": "_detection",
+    "PretrainSettings": "training._pretrain",
+    "SymbolHead": "heads._symbols",
+    "canonical_grid": "inference._observe",
+    "detect_in_set": "_detection",
+    "detect_objects": "_detection",
+    "fit_symbol_head": "_detection",
+    "load_body": "network._weights",
+    "look": "inference._observe",
+    "make_picture": "synthetic._pictures",
     "overlay_picture": "_overlay",
-    "pretrain": "_pretrain",
-    "recipe_of": "_weights",
+    "pretrain": "training._pretrain",
+    "recipe_of": "network._weights",
 }
 
 
-def __getattr__(name: str) -> Any:
-    if name not in _HOME:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(importlib.import_module(f"{__name__}.{_HOME[name]}"), name)
+__getattr__ = names_of(__name__, _HOME)

@@ -14,7 +14,7 @@ from demospec.files import writing_file
 from demospec.scene import Image, Polygon, SceneObject
 
 if TYPE_CHECKING:
-    from demospec.perception._detect import DetectedObject
+    from demospec.perception._detection import DetectedObject
 
 COLOURS = ("#E69F00", "#56B4E9", "#009E73", "#F0E442", "#0072B2", "#D55E00", "#CC79A7")
 """Okabe–Ito without black; symbols beyond the seventh share colours, their words differ."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from demospec.frames import FloatArray
-from demospec.planning._distance import path_distance
+from demospec.geometry import path_distance
 from demospec.planning._results import PlanCheck, Violation, Zone
 from demospec.scene import Scene
 

@@ -19,7 +19,7 @@ import numpy as np
 from demospec.demonstrations import resample
 from demospec.errors import InputError
 from demospec.frames import FloatArray
-from demospec.planning._distance import path_distance
+from demospec.geometry import path_distance
 from demospec.planning._results import Envelope, PlanCheck, Violation, Zone
 from demospec.scene import Disc, Scene, SceneObject
 

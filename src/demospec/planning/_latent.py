@@ -13,9 +13,9 @@ import numpy as np
 
 from demospec.demonstrations import bezier_basis
 from demospec.frames import FloatArray
+from demospec.geometry import nearest
 from demospec.planning._constraint import Constraint
 from demospec.planning._cost_map import map_bounds
-from demospec.planning._distance import nearest
 from demospec.planning._results import Zone
 
 _SAMPLES = 81

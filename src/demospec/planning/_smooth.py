@@ -6,7 +6,7 @@ import numpy as np
 
 from demospec.demonstrations import resample
 from demospec.frames import FloatArray
-from demospec.planning._distance import nearest, segment_distance, segments_keep
+from demospec.geometry import nearest, segment_distance, segments_keep
 from demospec.planning._results import Zone
 
 _BAND_ROUNDS = 60

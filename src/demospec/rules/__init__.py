@@ -5,26 +5,34 @@ Light names load at once, engines on first use.
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from demospec.rules._clearance_distance import nearest_approach
-from demospec.rules._results import ANYONE, ClearanceRule, RuleSet, RuleView, TypeRules
+from demospec._lazy import names_of
+from demospec.rules._rule_set import ANYONE, ClearanceRule, RuleSet, RuleView, TypeRules
+from demospec.rules.clearance._measure import nearest_approach
 
 if TYPE_CHECKING:
-    from demospec.rules._answer import InfluenceAnswer, describe_influence
     from demospec.rules._answer_problem import ProblemAnswer, answer_problem
-    from demospec.rules._clearance import ClearanceFit, fit_clearance
-    from demospec.rules._clearance_passes import Passes, passes
-    from demospec.rules._conflict import minimal_conflict
     from demospec.rules._documents import read_rules, rules_document, rules_from_document
-    from demospec.rules._enough import enough_problem, enough_set, enough_words
-    from demospec.rules._evaluate import evaluate_rule
-    from demospec.rules._features import PointFeature, register_feature
-    from demospec.rules._fmax import FmaxAnswer, identify_F_max
     from demospec.rules._learn import learn_rules
-    from demospec.rules._positive import PositiveAnswer, solve_positive
-    from demospec.rules._problem import (
+    from demospec.rules._learning_curve import enough_problem, enough_set, enough_words
+    from demospec.rules.active._of_set import query_set
+    from demospec.rules.active._query import Query, next_query, query_file
+    from demospec.rules.clearance._encounters import Passes, passes
+    from demospec.rules.clearance._fit import ClearanceFit, fit_clearance
+    from demospec.rules.constraints._point_features import PointFeature, register_feature
+    from demospec.rules.influence._answer import InfluenceAnswer, describe_influence
+    from demospec.rules.influence._conflict import minimal_conflict
+    from demospec.rules.influence._consistent_sets import ConsistentSets, consistent_sets
+    from demospec.rules.influence._evaluate import evaluate_rule
+    from demospec.rules.influence._learning_curve import (
+        ThresholdGrid,
+        WidthCurve,
+        threshold_grid,
+        width_curve,
+    )
+    from demospec.rules.influence._one_class import PositiveAnswer, solve_positive
+    from demospec.rules.influence._problem import (
         Bounds,
         RuleObject,
         RuleProblem,
@@ -33,11 +41,8 @@ if TYPE_CHECKING:
         problem_from_document,
         read_problem,
     )
-    from demospec.rules._query import Query, next_query, query_file
-    from demospec.rules._query_set import query_set
-    from demospec.rules._sets import ConsistentSets, consistent_sets
-    from demospec.rules._solve import solve
-    from demospec.rules._sweep_grid import ThresholdGrid, WidthCurve, threshold_grid, width_curve
+    from demospec.rules.influence._solve import solve
+    from demospec.rules.influence.engines._unknown_f_max import FmaxAnswer, identify_F_max
 
 __all__ = [
     "ANYONE",
@@ -90,43 +95,43 @@ __all__ = [
 ]
 
 _HOME = {
-    "Query": "_query",
-    "next_query": "_query",
-    "query_file": "_query",
-    "query_set": "_query_set",
+    "Query": "active._query",
+    "next_query": "active._query",
+    "query_file": "active._query",
+    "query_set": "active._of_set",
     "answer_problem": "_answer_problem",
     "ProblemAnswer": "_answer_problem",
-    "minimal_conflict": "_conflict",
-    "WidthCurve": "_sweep_grid",
-    "width_curve": "_sweep_grid",
-    "ThresholdGrid": "_sweep_grid",
-    "threshold_grid": "_sweep_grid",
-    "FmaxAnswer": "_fmax",
-    "identify_F_max": "_fmax",
-    "PositiveAnswer": "_positive",
-    "solve_positive": "_positive",
-    "ConsistentSets": "_sets",
-    "consistent_sets": "_sets",
-    "register_feature": "_features",
-    "PointFeature": "_features",
-    "enough_problem": "_enough",
-    "enough_set": "_enough",
-    "enough_words": "_enough",
-    "evaluate_rule": "_evaluate",
-    "describe_influence": "_answer",
-    "InfluenceAnswer": "_answer",
-    "solve": "_solve",
-    "problem_from_document": "_problem",
-    "read_problem": "_problem",
-    "Bounds": "_problem",
-    "RuleTrajectory": "_problem",
-    "RuleObject": "_problem",
-    "RuleScene": "_problem",
-    "RuleProblem": "_problem",
-    "Passes": "_clearance_passes",
-    "passes": "_clearance_passes",
-    "ClearanceFit": "_clearance",
-    "fit_clearance": "_clearance",
+    "minimal_conflict": "influence._conflict",
+    "WidthCurve": "influence._learning_curve",
+    "width_curve": "influence._learning_curve",
+    "ThresholdGrid": "influence._learning_curve",
+    "threshold_grid": "influence._learning_curve",
+    "FmaxAnswer": "influence.engines._unknown_f_max",
+    "identify_F_max": "influence.engines._unknown_f_max",
+    "PositiveAnswer": "influence._one_class",
+    "solve_positive": "influence._one_class",
+    "ConsistentSets": "influence._consistent_sets",
+    "consistent_sets": "influence._consistent_sets",
+    "register_feature": "constraints._point_features",
+    "PointFeature": "constraints._point_features",
+    "enough_problem": "_learning_curve",
+    "enough_set": "_learning_curve",
+    "enough_words": "_learning_curve",
+    "evaluate_rule": "influence._evaluate",
+    "describe_influence": "influence._answer",
+    "InfluenceAnswer": "influence._answer",
+    "solve": "influence._solve",
+    "problem_from_document": "influence._problem",
+    "read_problem": "influence._problem",
+    "Bounds": "influence._problem",
+    "RuleTrajectory": "influence._problem",
+    "RuleObject": "influence._problem",
+    "RuleScene": "influence._problem",
+    "RuleProblem": "influence._problem",
+    "Passes": "clearance._encounters",
+    "passes": "clearance._encounters",
+    "ClearanceFit": "clearance._fit",
+    "fit_clearance": "clearance._fit",
     "learn_rules": "_learn",
     "read_rules": "_documents",
     "rules_document": "_documents",
@@ -134,7 +139,4 @@ _HOME = {
 }
 
 
-def __getattr__(name: str) -> Any:
-    if name in _HOME:
-        return getattr(importlib.import_module(f"demospec.rules.{_HOME[name]}"), name)
-    raise AttributeError(f"module 'demospec.rules' has no attribute {name!r}")
+__getattr__ = names_of(__name__, _HOME)

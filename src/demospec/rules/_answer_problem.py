@@ -11,7 +11,7 @@ from demospec.errors import InputError
 from demospec.frames import describe_length
 
 if TYPE_CHECKING:
-    from demospec.rules._problem import RuleProblem
+    from demospec.rules.influence._problem import RuleProblem
 
 
 @dataclass(frozen=True)
@@ -67,8 +67,8 @@ def answer_problem(
 
 
 def _clearance(document: dict[str, Any]) -> ProblemAnswer:
-    from demospec.rules._clearance_problem import clearance_answer, clearance_problem_from_document
-    from demospec.rules._words import clearance_words
+    from demospec.rules._sentences import clearance_words
+    from demospec.rules.clearance._problem import clearance_answer, clearance_problem_from_document
 
     problem = clearance_problem_from_document(document)
     answer = clearance_answer(problem)
@@ -95,9 +95,9 @@ def _clearance(document: dict[str, Any]) -> ProblemAnswer:
 
 
 def _influence(document: dict[str, Any], options: Mapping[str, Any]) -> ProblemAnswer:
-    from demospec.rules._answer import describe_influence
-    from demospec.rules._problem import problem_from_document
-    from demospec.rules._solve import solve
+    from demospec.rules.influence._answer import describe_influence
+    from demospec.rules.influence._problem import problem_from_document
+    from demospec.rules.influence._solve import solve
 
     problem = problem_from_document(document)
     units, scale = _units(document)
@@ -112,7 +112,7 @@ def _influence(document: dict[str, Any], options: Mapping[str, Any]) -> ProblemA
     found = answer.to_json()
     only_good = bool(problem.trajectories) and bool(problem.valid.all())
     if only_good and answer.hull_T_min is not None and not answer.contradicted:
-        from demospec.rules._positive import solve_positive
+        from demospec.rules.influence._one_class import solve_positive
 
         largest = solve_positive(problem, options.get("time_limit_s"), length)
         found["largest"] = {"T_min": largest.largest_T_min, "radius": largest.largest_radius}
@@ -131,7 +131,7 @@ def _influence(document: dict[str, Any], options: Mapping[str, Any]) -> ProblemA
 
 def _unknown_F_max(problem: RuleProblem, time_limit_s: float | None) -> ProblemAnswer:
     """F_max null: what the labels say of it and of the thresholds together."""
-    from demospec.rules._fmax import identify_F_max
+    from demospec.rules.influence.engines._unknown_f_max import identify_F_max
 
     answer = identify_F_max(problem, time_limit_s)
     document = {"family": "influence", **answer.to_json(), "settings": problem.settings()}

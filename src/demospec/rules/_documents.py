@@ -10,8 +10,8 @@ from typing import Any, cast
 
 from demospec.errors import InputError
 from demospec.files import read_json
-from demospec.rules._clearance_distance import Distance
-from demospec.rules._results import ANYONE, ClearanceRule, RuleSet, TypeRules
+from demospec.rules._rule_set import ANYONE, ClearanceRule, RuleSet, TypeRules
+from demospec.rules.clearance._measure import Distance
 
 
 def rules_document(rules: RuleSet) -> dict[str, Any]:
@@ -126,7 +126,7 @@ def _type_rules(entry: Mapping[str, Any], at: str) -> TypeRules:
     if influence is not None:
         influence = _mapping(influence, f"{at}.influence")
         if clearance is None:
-            from demospec.rules._influence_rule import check_influence
+            from demospec.rules.influence._rule import check_influence
 
             check_influence(influence, f"{at}.influence")
     rule = None if clearance is None else _clearance(_mapping(clearance, f"{at}.clearance"), at)

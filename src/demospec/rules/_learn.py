@@ -15,14 +15,14 @@ from demospec.errors import CannotJudgeError, InputError
 from demospec.frames import FloatArray, describe_length
 from demospec.parallel import run_tasks
 from demospec.progress import Progress, silent
-from demospec.rules._clearance import ClearanceFit
-from demospec.rules._clearance_distance import Distance, nearest_approach
-from demospec.rules._clearance_passes import Passes, passes
-from demospec.rules._clearance_people import Shown, fit_people
-from demospec.rules._clearance_posterior import Sharing
-from demospec.rules._influence_rule import influence_answer, influence_words
-from demospec.rules._results import ANYONE, RuleSet, TypeRules
-from demospec.rules._words import clearance_words, listed, plural
+from demospec.rules._rule_set import ANYONE, RuleSet, TypeRules
+from demospec.rules._sentences import clearance_words, listed, plural
+from demospec.rules.clearance._encounters import Passes, passes
+from demospec.rules.clearance._fit import ClearanceFit
+from demospec.rules.clearance._measure import Distance, nearest_approach
+from demospec.rules.clearance._multi_user import Shown, fit_people
+from demospec.rules.clearance._posterior import Sharing
+from demospec.rules.influence._rule import influence_answer, influence_words
 from demospec.scene import Scene
 
 F_MAX = 60

@@ -5,32 +5,38 @@ Names load on first use: who reads a set does not wait for what draws one.
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from demospec._lazy import names_of
 
 if TYPE_CHECKING:
-    from demospec.scene._catalogue import TASK_SYMBOLS, Catalogue, CatalogueItem, load_catalogue
-    from demospec.scene._compose import Placement, Stamp, compose_scene
-    from demospec.scene._cut_outs import CutOut, cut_out
-    from demospec.scene._draw_scene import STATISTICS, SceneStatistics, draw_scene
-    from demospec.scene._estimate_light import light_of
-    from demospec.scene._footprints import Capsule, Disc, Footprint, Polygon, rectangle
-    from demospec.scene._free_places import free_places, room_around
-    from demospec.scene._interventions import (
+    from demospec.geometry import Capsule, Disc, Footprint, Polygon, rectangle
+    from demospec.scene._scene import Image, Picture, Scene, SceneObject
+    from demospec.scene._upright import upright
+    from demospec.scene.editing._cut_outs import CutOut, cut_out
+    from demospec.scene.editing._free_places import free_places, room_around
+    from demospec.scene.editing._interventions import (
         move_object,
         overlay,
         remove_object,
         swap_object,
     )
-    from demospec.scene._light import Light, draw_light
-    from demospec.scene._light import colour as lamp_colour
-    from demospec.scene._mesh import Mesh, bar, joined, lathe, slab, sunk
-    from demospec.scene._outlines import outline
-    from demospec.scene._placebo import placebo_patch
-    from demospec.scene._sprites import SAMPLES, Sprite, coverage, draw_sprite
-    from demospec.scene._tables import draw_table, table_albedo
-    from demospec.scene._types import Image, Picture, Scene, SceneObject
-    from demospec.scene._upright import upright
+    from demospec.scene.editing._placebo import placebo_patch
+    from demospec.scene.rendering._compose import Placement, Stamp, compose_scene
+    from demospec.scene.rendering._draw_scene import STATISTICS, SceneStatistics, draw_scene
+    from demospec.scene.rendering._estimate_light import light_of
+    from demospec.scene.rendering._light import Light, draw_light
+    from demospec.scene.rendering._light import colour as lamp_colour
+    from demospec.scene.rendering._mesh import Mesh, bar, joined, lathe, slab, sunk
+    from demospec.scene.rendering._outlines import outline
+    from demospec.scene.rendering._sprites import SAMPLES, Sprite, coverage, draw_sprite
+    from demospec.scene.rendering._tables import draw_table, table_albedo
+    from demospec.scene.rendering.catalogues._catalogue import (
+        TASK_SYMBOLS,
+        Catalogue,
+        CatalogueItem,
+        load_catalogue,
+    )
 
 __all__ = [
     "SAMPLES",
@@ -82,60 +88,52 @@ __all__ = [
 ]
 
 _HOME = {
-    "Capsule": "_footprints",
-    "Catalogue": "_catalogue",
-    "CatalogueItem": "_catalogue",
-    "CutOut": "_cut_outs",
-    "Disc": "_footprints",
-    "Footprint": "_footprints",
-    "Image": "_types",
-    "Light": "_light",
-    "Mesh": "_mesh",
-    "Picture": "_types",
-    "Placement": "_compose",
-    "Polygon": "_footprints",
-    "SAMPLES": "_sprites",
-    "STATISTICS": "_draw_scene",
-    "Scene": "_types",
-    "SceneObject": "_types",
-    "SceneStatistics": "_draw_scene",
-    "Sprite": "_sprites",
-    "Stamp": "_compose",
-    "TASK_SYMBOLS": "_catalogue",
-    "bar": "_mesh",
-    "compose_scene": "_compose",
-    "coverage": "_sprites",
-    "cut_out": "_cut_outs",
-    "draw_light": "_light",
-    "draw_scene": "_draw_scene",
-    "draw_sprite": "_sprites",
-    "draw_table": "_tables",
-    "free_places": "_free_places",
-    "joined": "_mesh",
-    "lamp_colour": "_light",
-    "lathe": "_mesh",
-    "light_of": "_estimate_light",
-    "load_catalogue": "_catalogue",
-    "move_object": "_interventions",
-    "outline": "_outlines",
-    "overlay": "_interventions",
-    "placebo_patch": "_placebo",
-    "rectangle": "_footprints",
-    "remove_object": "_interventions",
-    "room_around": "_free_places",
-    "slab": "_mesh",
-    "sunk": "_mesh",
-    "swap_object": "_interventions",
-    "table_albedo": "_tables",
+    "Capsule": "demospec.geometry",
+    "Catalogue": "rendering.catalogues._catalogue",
+    "CatalogueItem": "rendering.catalogues._catalogue",
+    "CutOut": "editing._cut_outs",
+    "Disc": "demospec.geometry",
+    "Footprint": "demospec.geometry",
+    "Image": "_scene",
+    "Light": "rendering._light",
+    "Mesh": "rendering._mesh",
+    "Picture": "_scene",
+    "Placement": "rendering._compose",
+    "Polygon": "demospec.geometry",
+    "SAMPLES": "rendering._sprites",
+    "STATISTICS": "rendering._draw_scene",
+    "Scene": "_scene",
+    "SceneObject": "_scene",
+    "SceneStatistics": "rendering._draw_scene",
+    "Sprite": "rendering._sprites",
+    "Stamp": "rendering._compose",
+    "TASK_SYMBOLS": "rendering.catalogues._catalogue",
+    "bar": "rendering._mesh",
+    "compose_scene": "rendering._compose",
+    "coverage": "rendering._sprites",
+    "cut_out": "editing._cut_outs",
+    "draw_light": "rendering._light",
+    "draw_scene": "rendering._draw_scene",
+    "draw_sprite": "rendering._sprites",
+    "draw_table": "rendering._tables",
+    "free_places": "editing._free_places",
+    "joined": "rendering._mesh",
+    "lamp_colour": "rendering._light:colour",
+    "lathe": "rendering._mesh",
+    "light_of": "rendering._estimate_light",
+    "load_catalogue": "rendering.catalogues._catalogue",
+    "move_object": "editing._interventions",
+    "outline": "rendering._outlines",
+    "overlay": "editing._interventions",
+    "placebo_patch": "editing._placebo",
+    "rectangle": "demospec.geometry",
+    "remove_object": "editing._interventions",
+    "room_around": "editing._free_places",
+    "slab": "rendering._mesh",
+    "sunk": "rendering._mesh",
+    "swap_object": "editing._interventions",
+    "table_albedo": "rendering._tables",
     "upright": "_upright",
 }
 
-_CALLED = {"lamp_colour": "colour"}
-"""Public name → name in its module, where they differ."""
-
-
-def __getattr__(name: str) -> Any:
-    if name in _HOME:
-        module = importlib.import_module(f"demospec.scene.{_HOME[name]}")
-        return getattr(module, _CALLED.get(name, name))
-    raise AttributeError(f"module 'demospec.scene' has no attribute {name!r}")
+__getattr__ = names_of(__name__, _HOME)

@@ -3,26 +3,36 @@
 Nothing here loads torch until a network is fitted or sees a scene.
 """
 
-from demospec.specification._audit import Audit, AuditEntry, audit_set
-from demospec.specification._conformal import Conformal, conformal, predict_verdicts
-from demospec.specification._control_plane import ControlPlane, plane_bounds
-from demospec.specification._ensemble import EnsembleModel, EnsembleView, UncertainView
-from demospec.specification._ensemble_fit import fit_ensemble
-from demospec.specification._evaluate import Evaluation, Score, evaluate
-from demospec.specification._explain import Explanation, explain
-from demospec.specification._identify import Identification, Identified, identify
-from demospec.specification._irl import IrlModel, IrlSettings
-from demospec.specification._models import FittedModel, fit_model, load_model
-from demospec.specification._paper import PaperModel, PaperSettings
-from demospec.specification._predict import Prediction, Predictions, predict, predict_batches
-from demospec.specification._predict_parts import predict_parts
-from demospec.specification._repair import Repairs, RepairSettings, repair
-from demospec.specification._repair_set import Repaired, RepairedSet, repair_set
-from demospec.specification._sample import Samples, sample_valid
-from demospec.specification._scenes import Reconstruction, reconstruct_scenes, sample_set
-from demospec.specification._stacked import StackedJob, check_device, stack_size, train_stacked
-from demospec.specification._training_data import training_data
-from demospec.specification._validity_map import ValidityMap, validity_map
+from demospec.specification.audit._audit import Audit, AuditEntry, audit_set
+from demospec.specification.evaluation._conformal import Conformal, conformal, predict_verdicts
+from demospec.specification.evaluation._evaluate import Evaluation, Score, evaluate
+from demospec.specification.evaluation._explain import Explanation, explain
+from demospec.specification.evaluation._identify import Identification, Identified, identify
+from demospec.specification.evaluation._predict import (
+    Prediction,
+    Predictions,
+    predict,
+    predict_batches,
+)
+from demospec.specification.evaluation._predict_parts import predict_parts
+from demospec.specification.latent._control_plane import ControlPlane, plane_bounds
+from demospec.specification.latent._repair import Repairs, RepairSettings, repair
+from demospec.specification.latent._repair_set import Repaired, RepairedSet, repair_set
+from demospec.specification.latent._sample import Samples, sample_valid
+from demospec.specification.latent._scenes import Reconstruction, reconstruct_scenes, sample_set
+from demospec.specification.latent._validity_map import ValidityMap, validity_map
+from demospec.specification.models._ensemble import EnsembleModel, EnsembleView, UncertainView
+from demospec.specification.models._ensemble_fit import fit_ensemble
+from demospec.specification.models._maxent_irl import IrlModel, IrlSettings
+from demospec.specification.models._registry import FittedModel, fit_model, load_model
+from demospec.specification.models.beta_vae._model import PaperModel, PaperSettings
+from demospec.specification.models.beta_vae._stacked import (
+    StackedJob,
+    check_device,
+    stack_size,
+    train_stacked,
+)
+from demospec.specification.models.beta_vae._training_data import training_data
 
 __all__ = [
     "Audit",

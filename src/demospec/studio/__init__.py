@@ -1,5 +1,5 @@
 """The studio: a local web page over the library's own functions."""
 
-from demospec.studio._server import serve
+from demospec.studio.server._server import serve
 
 __all__ = ["serve"]

@@ -18,8 +18,8 @@ import numpy as np
 
 from demospec.errors import InputError
 from demospec.frames import FloatArray
+from demospec.geometry import segment_distance
 from demospec.planning._cost_map import CostMap
-from demospec.planning._distance import segment_distance
 from demospec.planning.exports._request import ExportRequest
 
 

@@ -1,0 +1,1 @@
+"""Editing of sets: every operation writes a new set."""

@@ -1,0 +1,148 @@
+"""Edits that move points: crop, rescale, trim."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from demospec.demonstrations._set import DemonstrationSet
+from demospec.demonstrations._trajectory import (
+    first_and_last_motion,
+)
+from demospec.demonstrations.editing._columns import with_columns
+from demospec.errors import InputError
+from demospec.scene import Capsule, Disc, Footprint, Picture, Polygon, Scene, SceneObject
+
+
+def crop(data: DemonstrationSet, box: tuple[int, int, int, int]) -> DemonstrationSet:
+    """The pictures cut to a box; points and objects move with it.
+
+    Objects whose outline lies wholly outside are left out. Demonstrations keep all their points.
+
+    Args:
+        box: x, y, width, height, whole pixels, inside every picture.
+
+    Raises:
+        InputError: A box that leaves a picture.
+    """
+    x, y, width, height = box
+    if width < 1 or height < 1:
+        raise InputError("a box of at least one pixel", box, field="box")
+
+    def cut(scene: Scene) -> Scene:
+        size = scene.size_px
+        if size is not None and (x < 0 or y < 0 or x + width > size[0] or y + height > size[1]):
+            raise InputError(f"a box inside the picture ({size[0]}x{size[1]})", box,
+                             row=f"scene {scene.scene_id}", field="box")  # fmt: skip
+        picture = scene.picture
+        if picture is not None:
+            part = scene.pixels()[y : y + height, x : x + width]
+            picture = Picture(array=np.ascontiguousarray(part))
+        objects = scene.objects
+        if objects is not None:
+            moved = (o.moved((-x, -y)) for o in objects)
+            objects = tuple(o for o in moved if _reaches(o, width, height)) or None
+        return replace(
+            scene,
+            start=(scene.start[0] - x, scene.start[1] - y, *scene.start[2:]),
+            goal=(scene.goal[0] - x, scene.goal[1] - y, *scene.goal[2:]),
+            objects=objects,
+            picture=picture,
+        )
+
+    flat = data.demonstrations.flat.copy()
+    flat[:, :2] -= (x, y)
+    return replace(
+        data,
+        scenes=tuple(cut(s) for s in data.scenes),
+        demonstrations=with_columns(data.demonstrations, flat=flat),
+    )
+
+
+def _reaches(item: SceneObject, width: int, height: int) -> bool:
+    low_x, low_y, high_x, high_y = item.outline.bounds
+    return high_x > 0 and high_y > 0 and low_x < width and low_y < height
+
+
+def rescale(data: DemonstrationSet, factor: float, *, units: str | None = None) -> DemonstrationSet:
+    """Every length times `factor`: points (x, y, z), objects, pictures; the scale follows.
+
+    Args:
+        factor: > 0. Pictures are resampled to the nearest whole size.
+        units: New name of the unit (``px`` for a set in metres that becomes one in pixels).
+    """
+    if not (np.isfinite(factor) and factor > 0):
+        raise InputError("a number > 0", factor, field="factor")
+    flat = data.demonstrations.flat.copy()
+    lengths = [i for i, name in enumerate(data.columns) if name in ("x", "y", "z")]
+    flat[:, lengths] *= factor
+    scale = data.metres_per_unit
+    return replace(
+        data,
+        scenes=tuple(_scaled_scene(s, factor) for s in data.scenes),
+        demonstrations=with_columns(data.demonstrations, flat=flat),
+        metres_per_unit=None if scale is None else scale / factor,
+        units=units or data.units,
+    )
+
+
+def _scaled_scene(scene: Scene, factor: float) -> Scene:
+    picture = scene.picture
+    if picture is not None and factor != 1:
+        import PIL.Image
+
+        width, height = (max(1, round(v * factor)) for v in picture.size_px)
+        if width * height > 64_000_000:
+            raise InputError("a picture of at most 64000000 pixels", f"{width}x{height}",
+                             row=f"scene {scene.scene_id}", field="factor")  # fmt: skip
+        image = PIL.Image.fromarray(scene.pixels())
+        # A box filter moves edges where pixels do not divide evenly; this one does not.
+        way = PIL.Image.Resampling.HAMMING if factor < 1 else PIL.Image.Resampling.BICUBIC
+        picture = Picture(array=np.asarray(image.resize((width, height), way)))
+    objects = scene.objects
+    if objects is not None:
+        objects = tuple(_scaled_object(o, factor) for o in objects)
+    return replace(
+        scene,
+        start=tuple(v * factor for v in scene.start),
+        goal=tuple(v * factor for v in scene.goal),
+        objects=objects,
+        picture=picture,
+    )
+
+
+def _scaled_object(item: SceneObject, f: float) -> SceneObject:
+    box = item.bbox and (item.bbox[0] * f, item.bbox[1] * f, item.bbox[2] * f, item.bbox[3] * f)
+    return replace(
+        item,
+        center=(item.center[0] * f, item.center[1] * f),
+        bbox=box,
+        footprint=None if item.footprint is None else _scaled_footprint(item.footprint, f),
+    )
+
+
+def _scaled_footprint(shape: Footprint, f: float) -> Footprint:
+    if isinstance(shape, Polygon):
+        return Polygon(shape.vertices * f)
+    if isinstance(shape, Disc):
+        return Disc((shape.center[0] * f, shape.center[1] * f), shape.radius * f)
+    assert isinstance(shape, Capsule)
+    (ax, ay), (bx, by) = shape.start, shape.end
+    return Capsule((ax * f, ay * f), (bx * f, by * f), shape.radius * f)
+
+
+def trim(data: DemonstrationSet) -> DemonstrationSet:
+    """Every path without standing still at its ends (one point of each rest is kept)."""
+    d = data.demonstrations
+    keep = np.concatenate([first_and_last_motion(d.points(i)[:, :2]) for i in range(len(d))])
+    counts = np.add.reduceat(keep.astype(np.int64), d.offsets[:-1])
+    return replace(
+        data,
+        demonstrations=with_columns(
+            d,
+            flat=d.flat[keep],
+            offsets=np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
+            t=None if d.t is None else d.t[keep],
+        ),
+    )

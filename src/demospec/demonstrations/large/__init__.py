@@ -1,0 +1,1 @@
+"""Large sets: batches, parts, samples."""

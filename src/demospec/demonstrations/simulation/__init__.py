@@ -1,0 +1,1 @@
+"""Simulated demonstrators with known truth."""

@@ -1,0 +1,1 @@
+"""Validation of a set on disk: every fault and every oddity."""

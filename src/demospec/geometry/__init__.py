@@ -1,0 +1,21 @@
+"""Geometry in the plane: footprints, exact distances between shapes, points and segments."""
+
+from demospec.geometry._segment_distance import (
+    nearest,
+    path_distance,
+    segment_distance,
+    segments_keep,
+)
+from demospec.geometry._shapes import Capsule, Disc, Footprint, Polygon, rectangle
+
+__all__ = [
+    "Capsule",
+    "Disc",
+    "Footprint",
+    "Polygon",
+    "nearest",
+    "path_distance",
+    "rectangle",
+    "segment_distance",
+    "segments_keep",
+]

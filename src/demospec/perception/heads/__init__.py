@@ -1,0 +1,1 @@
+"""Heads on the distance network's features: symbols, objectness, uncertainty."""

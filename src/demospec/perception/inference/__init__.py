@@ -1,0 +1,1 @@
+"""Inference on one picture: observation, segments, merging of segments."""

@@ -1,0 +1,1 @@
+"""The distance network (a small U-Net) and its weights."""

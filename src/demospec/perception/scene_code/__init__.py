@@ -1,0 +1,1 @@
+"""Scene codes: a picture as table, light and objects; reading, drawing and sampling."""

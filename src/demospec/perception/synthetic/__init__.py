@@ -1,0 +1,1 @@
+"""Synthetic training pictures with exact answers: objects, tables, cameras, light."""

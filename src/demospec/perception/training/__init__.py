@@ -1,0 +1,1 @@
+"""Training of the distance network and its heads on synthetic pictures."""

@@ -1,0 +1,220 @@
+"""What the rules room hands over: rules per type, which are a `ValidityModel` too."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from demospec.demonstrations import Paths
+from demospec.errors import InputError
+from demospec.frames import FloatArray
+from demospec.rules.clearance._measure import (
+    DensePaths,
+    Distance,
+    FlatPaths,
+    nearest_approach,
+    nearest_points,
+    shape_of,
+)
+from demospec.scene import Scene
+
+ANYONE = "anyone"
+"""Name of the one type where none is named: of a set in which no demonstration has a type, and of
+the answer to a single problem."""
+
+LARGEST_LOGIT = 1e6
+"""The logit of a path that nothing in the scene can invalidate."""
+
+
+@dataclass(frozen=True)
+class ClearanceRule:
+    """A path is acceptable iff it keeps at least c_k from everything of class k that matters.
+
+    Args:
+        value: Relevant symbol → clearance, set units; the point answer.
+        interval: Relevant symbol → [lower end, upper end] that the demonstrations allow; the
+            upper end is +inf where no demonstration bounds it.
+        uninformed: Symbols about which no demonstration says anything.
+        distance: Measured from the ``footprint`` (signed) or from the ``center``.
+    """
+
+    value: Mapping[str, float]
+    interval: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    uninformed: tuple[str, ...] = ()
+    distance: Distance = "footprint"
+
+    @property
+    def relevant(self) -> tuple[str, ...]:
+        """The symbols that matter."""
+        return tuple(self.value)
+
+    def margins(self, scene: Scene, paths: Paths) -> FloatArray:
+        """(n,) smallest distance − clearance along each dense path; ≥ 0 where it is kept.
+
+        +inf where nothing in the scene matters. Set units.
+
+        Raises:
+            CannotJudgeError: The scene does not list its objects.
+        """
+        near = nearest_approach(scene, paths, self.relevant, distance=self.distance)
+        if not self.value:
+            return np.full(len(near), np.inf)
+        return np.asarray((near - np.array(list(self.value.values()))).min(axis=1))
+
+    def margins_and_gradients(
+        self, scene: Scene, paths: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Margins (n,) and, for each path (n, m, 2), where to move its points to raise it.
+
+        The subgradient of the smallest margin: the nearest point of the dense path, away from
+        the object, shared between the two path points that it lies between. Zero where
+        nothing in the scene matters.
+        """
+        stack = np.asarray(paths, dtype=np.float64)
+        flat = FlatPaths.of(stack)
+        dense = DensePaths(flat)
+        margin = np.full(len(flat), np.inf)
+        point = np.zeros((len(flat), 2))
+        first = np.zeros(len(flat), dtype=np.int64)
+        along = np.zeros(len(flat))
+        normal = np.zeros((len(flat), 2))
+        for item in scene.listed_objects():
+            if item.symbol not in self.value:
+                continue
+            shape = shape_of(item, self.distance)
+            found, row, share = nearest_points(dense, shape)
+            found = found - self.value[item.symbol]
+            closer = np.flatnonzero(found < margin)
+            if not len(closer):
+                continue
+            margin[closer], first[closer], along[closer] = found[closer], row[closer], share[closer]
+            after = np.minimum(row + 1, len(flat.points) - 1)
+            step = flat.points[after] - flat.points[row]
+            point[closer] = (flat.points[row] + share[:, None] * step)[closer]
+            for axis in (0, 1):
+                nudge = np.eye(2)[axis] * 1e-4
+                up = shape.signed_distance(point[closer] + nudge)
+                down = shape.signed_distance(point[closer] - nudge)
+                normal[closer, axis] = (up - down) / 2e-4
+        gradient = np.zeros((len(flat.points), 2))
+        gradient[first] += (1.0 - along)[:, None] * normal
+        inner = np.flatnonzero(along > 0)
+        gradient[first[inner] + 1] += along[inner, None] * normal[inner]
+        return margin, gradient.reshape(stack.shape[0], stack.shape[1], 2)
+
+
+@dataclass(frozen=True)
+class TypeRules:
+    """What one user type follows.
+
+    Args:
+        clearance: The clearance rule, or None where it cannot be learned or is not given.
+        influence: The influence answer (JSON document) for the same type, or None.
+        sentence: Both in plain words.
+        evidence: Further fields of the JSON document: counts, probabilities, contradictions.
+    """
+
+    clearance: ClearanceRule | None = None
+    influence: Any | None = None
+    sentence: str = ""
+    evidence: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class RuleSet:
+    """Rules per user type; the answer of ``demospec rules SET`` and a `ValidityModel`.
+
+    Args:
+        rules: Type → its rules.
+        units, metres_per_unit: As in the set that the rules speak about.
+        notes: What was left out of the answer and why, in words.
+    """
+
+    rules: Mapping[str, TypeRules]
+    units: str = "px"
+    metres_per_unit: float | None = None
+    notes: tuple[str, ...] = ()
+
+    @property
+    def types(self) -> tuple[str, ...]:
+        """The types that have a rule to judge by."""
+        return tuple(
+            name
+            for name, rule in self.rules.items()
+            if rule.clearance is not None or rule.influence is not None
+        )
+
+    def for_types(self, types: Sequence[str]) -> RuleSet:
+        """The same rules for people of these types.
+
+        Rules of `ANYONE` alone were learnt or written without asking who: they hold for each of
+        the types. Rules of named types stay what they are.
+        """
+        if set(self.rules) != {ANYONE} or not types:
+            return self
+        return replace(self, rules=dict.fromkeys(types, self.rules[ANYONE]))
+
+    def see(self, scene: Scene) -> RuleView:
+        """Look at a scene; CannotJudgeError where it does not list its objects."""
+        scene.listed_objects()
+        return RuleView(self, scene)
+
+    def of_type(self, type: str) -> TypeRules:
+        """The rules of one type; InputError lists the types there are."""
+        if type not in self.rules:
+            raise InputError(f"one of the types {', '.join(self.rules)}", type, field="type")
+        return self.rules[type]
+
+
+@dataclass(frozen=True)
+class RuleView:
+    """A rule set that looks at one scene. The verdict is certain: p is 0 or 1."""
+
+    model: RuleSet
+    scene: Scene
+
+    def logits(self, paths: Paths, type: str) -> FloatArray:
+        """(n,) margins: set units for a clearance rule, penalty for an influence rule.
+
+        The clearance rule judges where there is one. > 0 exactly where the rule is kept;
+        capped at `LARGEST_LOGIT`.
+        """
+        rules = self.model.of_type(type)
+        if rules.clearance is not None:
+            return _as_logit(rules.clearance.margins(self.scene, paths))
+        if rules.influence is not None:
+            from demospec.rules.influence._rule import influence_margins
+
+            return _as_logit(influence_margins(rules.influence, self.scene, paths))
+        raise InputError("a rule to judge by", "none", field=f"types.{type}")
+
+    def p_valid(self, paths: Paths, type: str) -> FloatArray:
+        """(n,) 0 or 1."""
+        return self.p_of_logits(self.logits(paths, type))
+
+    def p_of_logits(self, logits: FloatArray) -> FloatArray:
+        """1 where the logit is > 0, else 0: who has the logits need not judge again."""
+        return (logits > 0).astype(np.float64)
+
+    def logits_and_gradients(self, paths: FloatArray, type: str) -> tuple[FloatArray, FloatArray]:
+        """Logits (n,) and their subgradients along the paths (n, m, 2).
+
+        Raises:
+            InputError: The type has an influence rule only, which counts points and so has no
+                gradient.
+        """
+        rule = self.model.of_type(type).clearance
+        if rule is None:
+            field_name = f"types.{type}.clearance"
+            raise InputError("a clearance rule (it has gradients)", "none", field=field_name)
+        margin, gradient = rule.margins_and_gradients(self.scene, paths)
+        return _as_logit(margin), gradient
+
+
+def _as_logit(margins: FloatArray) -> FloatArray:
+    # A margin of exactly 0 keeps the rule; a logit of 0 would not count as valid.
+    kept = np.where(margins >= 0, np.maximum(margins, 1e-9), margins)
+    return np.clip(kept, -LARGEST_LOGIT, LARGEST_LOGIT)

@@ -1,0 +1,1 @@
+"""Active learning: the demonstration to ask for next."""

@@ -1,0 +1,1 @@
+"""The clearance family: measured distances, version space, posterior over rules, estimates."""

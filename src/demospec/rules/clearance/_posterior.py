@@ -1,0 +1,174 @@
+"""All clearance models weighed by how well they explain the labels: the posterior.
+
+Models are a subset of the classes, one clearance for all of them or one for each, and exact or
+erroneous distances. The priors are here, each with its reason.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import log
+from typing import Literal
+
+import numpy as np
+
+from demospec.frames import FloatArray
+from demospec.rules.clearance._encounters import Passes
+from demospec.rules.clearance._likelihood import (
+    ClearancePrior,
+    Noise,
+    Particles,
+    log_sum,
+    shared_evidence,
+)
+from demospec.rules.clearance._model_selection import nearest_of
+from demospec.rules.clearance._position_errors import Errors, Model
+from demospec.rules.clearance._separate_clearances import separate_particles
+from demospec.rules.clearance._version_space import BoolArray, ClearanceSpace
+
+Sharing = Literal["average", "shared", "separate"]
+
+INCLUSION = 0.5
+"""Prior odds that a class matters: few classes are preferred, each costs a factor of two."""
+
+EVERYTHING = 1.5
+"""As many named classes as "everything" costs: more than one class, less than two. So who
+keeps away from two classes is taken to keep away from all, unless a demonstration speaks
+against it; who keeps away from one, from that one."""
+
+SPREAD = 5.0
+SPREAD_FROM_CENTER = 15.0
+"""Half of the prior mass of a clearance lies below this, in hundredths of the table."""
+
+SEPARATE = 0.1
+"""Prior probability that every class has a clearance of its own."""
+
+NOISES = ((1.0, 0.1), (2.0, 0.1), (4.0, 0.1))
+"""Distance errors (in hundredths of the table) with their prior; the rest is no error."""
+
+_RATES = ((0.002, 0.7), (0.03, 0.3))  # wrong labels beside distance errors
+_CLOSER_LOOK = 8  # subsets that get the costlier models
+_MOST_PARTICLES = 400
+_MOST_KEPT = 200  # subsets in the posterior
+_PIECES = 8
+
+
+def posterior(
+    d: FloatArray,
+    ok: BoolArray,
+    members: BoolArray,
+    prior: ClearancePrior,
+    table: FloatArray,
+    sharing: Sharing,
+    unit: float,
+    passes: Callable[[], Passes] | None = None,
+) -> Particles:
+    """All models weighed: subsets × shared or separate × distance error or none.
+
+    Distance errors are first taken for independent. Where some are then likely and `passes`
+    are given, they are weighed again as errors of objects, shared by all paths past them.
+    """
+    sparse = log(INCLUSION) * members.sum(axis=1).astype(np.float64)
+    clean = log(1.0 - sum(p for _, p in NOISES))
+    score = sparse + _log_evidence(d, ok, members, prior, table)
+    models: list[Model] = []
+    rates = tuple(rate for rate, _ in _RATES)
+    noises = tuple(
+        Noise(sigma * unit, rates, tuple(log(p) + log(share) for _, share in _RATES))
+        for sigma, p in NOISES
+    )
+    every = np.isfinite(d).any(axis=0)  # "everything" is a short description too
+    row = np.flatnonzero((members == every).all(axis=1))
+    if len(row) and every.sum() > EVERYTHING:
+        bonus = log(INCLUSION) * (EVERYTHING - every.sum())
+        sparse[row] += bonus
+        score[row] += bonus
+    best_first = np.argsort(-score, kind="stable")
+    kept = best_first[: max(int((score > score.max() - 12.0).sum()), _CLOSER_LOOK)][:_MOST_KEPT]
+    near = nearest_of(members[kept], d)
+    mass, low, high = shared_evidence(prior.share(near), ok, table)
+    weight = np.exp(mass[0] - mass[0].max())
+    start = float(weight @ prior.clearance((low[0] + high[0]) / 2) / weight.sum())
+    errors = Errors(prior, noises, start, unit)
+    for i, s in enumerate(kept.tolist()):
+        share = _share_prior(sharing, bool(members[s].sum() <= 1))
+        if share == -np.inf:
+            continue
+        part = _hard(members[s], mass[i], low[i], high[i], prior)
+        models.append(Model(members[s], part, sparse[s] + clean + share))
+        if i < _CLOSER_LOOK:
+            part = errors.independent(members[s], near[i], ok)
+            models.append(Model(members[s], part, sparse[s] + share))
+    if sharing != "shared":
+        split = log(SEPARATE) if sharing == "average" else 0.0
+        for s in _split_candidates(d, ok, members, score, prior.floor):
+            chosen = np.flatnonzero(members[s]).tolist()
+            part = separate_particles(d, ok, chosen, prior, table, noises, clean, start)
+            models.append(Model(members[s], part, sparse[s] + split))
+    if passes is not None:
+        models = errors.of_objects(models, d, ok, passes)
+    joined = Particles.joined([model.weighed for model in models])
+    return joined.scaled(-log_sum(joined.log_weight))
+
+
+def _log_evidence(
+    d: FloatArray, ok: BoolArray, members: BoolArray, prior: ClearancePrior, table: FloatArray
+) -> FloatArray:
+    """(s,) log P(labels | subset), one clearance, exact distances; in blocks of bounded memory."""
+    out = np.empty(len(members))
+    step = max(1, 500_000 // len(ok))
+    for at in range(0, len(members), step):
+        near = nearest_of(members[at : at + step], d)
+        mass, _, _ = shared_evidence(prior.share(near), ok, table)
+        out[at : at + step] = [log_sum(row) for row in mass]
+    return out
+
+
+def _share_prior(sharing: Sharing, one: bool) -> float:
+    if sharing == "shared" or one:  # with one class there is nothing to share
+        return 0.0
+    return -np.inf if sharing == "separate" else log(1.0 - SEPARATE)
+
+
+def _split_candidates(
+    d: FloatArray, ok: BoolArray, members: BoolArray, score: FloatArray, floor: float
+) -> list[int]:
+    """Subsets of two or more classes worth clearances of their own."""
+    space = ClearanceSpace.of(d, ok, floor)
+    sizes = members.sum(axis=1)
+    able = np.flatnonzero(sizes >= 2)
+    explained = (space.explains.astype(np.int64) @ members[able].T.astype(np.int64)) > 0
+    missed = (~explained).sum(axis=0)
+    # A clearance cannot be as large as the nearest accepted path allows and yet below the floor.
+    missed = missed + (members[able] & (space.upper < floor)).sum(axis=1)
+    by_logic = able[np.lexsort((-score[able], sizes[able], missed))][: _CLOSER_LOOK // 2]
+    by_score = able[np.argsort(-score[able], kind="stable")][: _CLOSER_LOOK // 2]
+    return sorted({int(s) for s in (*by_logic, *by_score)})
+
+
+def _hard(
+    member: BoolArray, mass: FloatArray, low: FloatArray, high: FloatArray, prior: ClearancePrior
+) -> Particles:
+    if not member.any():
+        return Particles(np.array([log_sum(mass)]), np.full((1, len(member)), -np.inf), np.zeros(1))
+    keep = mass > mass.max() - 12.0
+    # Every interval in pieces, so that a wide one fades from one verdict to the other.
+    piece = (np.arange(_PIECES) + 0.5) / _PIECES
+    middle = prior.clearance((low[keep, None] + (high - low)[keep, None] * piece).ravel())
+    clearance = np.where(member, middle[:, None], -np.inf)
+    return Particles(
+        np.repeat(mass[keep] - log(_PIECES), _PIECES), clearance, np.zeros(len(middle))
+    )
+
+
+def thinned(particles: Particles) -> Particles:
+    """The same posterior with at most `_MOST_PARTICLES`, evenly resampled beyond that."""
+    weight = np.exp(particles.log_weight)
+    keep = np.flatnonzero(weight > 1e-7 * weight.max())
+    weight = weight[keep] / weight[keep].sum()
+    if len(keep) > _MOST_PARTICLES:
+        at = (np.arange(_MOST_PARTICLES) + 0.5) / _MOST_PARTICLES
+        drawn = np.searchsorted(np.cumsum(weight), at * weight.sum())
+        rows, counts = np.unique(np.clip(drawn, 0, len(keep) - 1), return_counts=True)
+        keep, weight = keep[rows], counts / counts.sum()
+    return Particles(np.log(weight), particles.clearance[keep], particles.sigma[keep])

@@ -1,0 +1,1 @@
+"""Features that a rule may speak of."""

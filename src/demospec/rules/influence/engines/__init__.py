@@ -1,0 +1,1 @@
+"""Exact engines of the influence family, and the CP-SAT encodings."""

@@ -1,0 +1,1 @@
+"""Scene editing: add, move, remove and swap objects, inpainting, free places, placebos."""

@@ -1,0 +1,1 @@
+"""Rendering of simulated scenes: meshes, light, sprites, tables, and composition."""

@@ -1,0 +1,1 @@
+"""Catalogues of items: builtin parametric meshes, OBJ files, the Debian furniture library."""

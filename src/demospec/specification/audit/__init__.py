@@ -1,0 +1,1 @@
+"""Audit of labels: demonstrations that contradict the rule that the others follow."""

@@ -1,0 +1,1 @@
+"""Prediction, evaluation, conformal verdicts, identification and explanation."""

@@ -1,0 +1,170 @@
+"""A model's verdict on every demonstration of a set. Never reads the labels."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from demospec.demonstrations import (
+    DemonstrationSet,
+    ValidityModel,
+    View,
+    count_rows,
+    iterate_batches,
+)
+from demospec.errors import CannotJudgeError, InputError
+from demospec.progress import Progress, silent
+from demospec.specification.models._ensemble import UncertainView
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """p(valid) of one demonstration for one user type; None where the model cannot judge.
+
+    An ensemble adds the standard deviation of its members' p(valid); None from other models.
+    """
+
+    demo_id: str
+    scene_id: str
+    type: str
+    p_valid: float | None
+    p_valid_sd: float | None = None
+
+    def to_json(self) -> dict[str, Any]:
+        """One entry of the document of ``demospec predict``."""
+        entry = {
+            "demo_id": self.demo_id,
+            "scene_id": self.scene_id,
+            "type": self.type,
+            "p_valid": self.p_valid,
+        }
+        if self.p_valid_sd is not None:
+            entry["p_valid_sd"] = self.p_valid_sd
+        return entry
+
+
+@dataclass(frozen=True)
+class Predictions:
+    """Verdicts on the demonstrations of a set.
+
+    Args:
+        items: In the order of the set; a demonstration without type has one entry per type.
+        unjudged: Scene id → why the model cannot judge it.
+        unknown_types: Types of the set that the model does not know: their p is None.
+    """
+
+    items: tuple[Prediction, ...]
+    unjudged: dict[str, str]
+    unknown_types: tuple[str, ...] = ()
+
+    def to_json(self) -> dict[str, Any]:
+        """The document of ``demospec predict``."""
+        return {"predictions": [item.to_json() for item in self.items]}
+
+
+def predict(
+    model: ValidityModel, data: DemonstrationSet, *, progress: Progress = silent
+) -> Predictions:
+    """p(valid) of every demonstration for its type (for every type, where it has none).
+
+    Raises:
+        CannotJudgeError: No scene of the set can be judged.
+    """
+    d = data.demonstrations
+    found: dict[tuple[int, str], tuple[float, float | None]] = {}
+    views = Views(model, data, progress)
+    for _, rows, view in views:
+        for type_ in model.types:
+            mine = [int(i) for i in rows if d.type[i] is None or d.type[i] == type_]
+            if mine:
+                paths = d.paths_xy(mine)
+                p = view.p_valid(paths, type_).tolist()
+                sd: list[float | None] = [None] * len(mine)
+                if isinstance(view, UncertainView):
+                    sd = view.p_valid_sd(paths, type_).tolist()
+                found.update({(i, type_): (p[k], sd[k]) for k, i in enumerate(mine)})
+    views.refuse_if_none()
+    items = []
+    unknown: dict[str, None] = {}
+    for i in range(len(d)):
+        for type_ in model.types if d.type[i] is None else (d.type[i],):
+            if type_ not in model.types:
+                unknown[type_] = None
+            p_sd = found.get((i, type_), (None, None))
+            items.append(Prediction(d.demo_id[i], d.scene_id[i], type_, *p_sd))
+    return Predictions(tuple(items), views.unjudged, tuple(unknown))
+
+
+def predict_batches(
+    model: ValidityModel,
+    folder: str | os.PathLike[str],
+    *,
+    rows: int = 100_000,
+    progress: Progress = silent,
+) -> Iterator[Predictions]:
+    """As `predict`, for a set on disk of any size: one `Predictions` for each batch of rows.
+
+    A batch whose scenes cannot be judged has entries with p None; `predict` refuses a set
+    where that is so for every scene, which a batch cannot know.
+    """
+    done, total = 0, count_rows(folder)
+    for batch in iterate_batches(folder, rows=rows):
+        try:
+            yield predict(model, batch)
+        except CannotJudgeError as error:
+            why = f"expected {error.expected}, found {error.found}"
+            d = batch.demonstrations
+            items = [
+                Prediction(d.demo_id[i], d.scene_id[i], t, None)
+                for i in range(len(d))
+                for t in (model.types if d.type[i] is None else (d.type[i],))
+            ]
+            yield Predictions(tuple(items), {s.scene_id: why for s in batch.scenes})
+        done += len(batch.demonstrations)
+        progress("judging demonstrations", done, total)
+
+
+class Views:
+    """Goes through the scenes of a set that have demonstrations, seeing each once.
+
+    Yields (scene id, rows of its demonstrations, view); scenes that the model cannot judge are
+    left out and kept in `unjudged` with the reason.
+    """
+
+    def __init__(
+        self, model: ValidityModel, data: DemonstrationSet, progress: Progress = silent
+    ) -> None:
+        self.model = model
+        self.data = data
+        self.progress = progress
+        self.unjudged: dict[str, str] = {}
+        self._first: CannotJudgeError | None = None
+        self._judged = 0
+
+    def __iter__(self) -> Iterator[tuple[str, np.ndarray, View]]:
+        groups = self.data.rows_by_scene()
+        for done, (scene_id, rows) in enumerate(groups.items()):
+            try:
+                view = self.model.see(self.data.scene(scene_id))
+            except CannotJudgeError as error:
+                self.unjudged[scene_id] = f"expected {error.expected}, found {error.found}"
+                self._first = self._first or error
+                continue
+            self._judged += 1
+            yield scene_id, rows, view
+            self.progress("judging scenes", done + 1, len(groups))
+
+    def refuse_if_none(self) -> None:
+        """Raises the first reason where not a single scene could be judged."""
+        if self._first is not None and self._judged == 0:
+            raise self._first
+
+
+def check_type(model: ValidityModel, type_: str) -> None:
+    """InputError, listing the types there are, where the model does not know this one."""
+    if type_ not in model.types:
+        raise InputError(f"one of the types {', '.join(model.types)}", type_, field="type")

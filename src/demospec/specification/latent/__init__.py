@@ -1,0 +1,1 @@
+"""The latent plane z_θ: validity maps, sampling and repair of trajectories."""

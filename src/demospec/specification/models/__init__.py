@@ -1,0 +1,1 @@
+"""Specification models: β-VAE, maximum-entropy IRL, perceived rule, ensembles, folders."""

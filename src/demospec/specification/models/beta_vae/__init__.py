@@ -1,0 +1,1 @@
+"""The paper's β-VAE specification model, single and stacked."""

@@ -1,0 +1,1 @@
+"""The perceived-rule model (`field`): perception apart from an inferred rule."""

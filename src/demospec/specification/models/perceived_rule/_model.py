@@ -1,0 +1,347 @@
+"""The field model: pretrained perception apart from an inferred specification.
+
+Not in the paper, whose network learns both from the labels at once and forgets scenes it has
+not seen. Here a body that was pretrained without labels sees distances and things
+(`demospec.perception`), the listed polygons and labels say exactly which symbols matter and
+how far (`demospec.rules.fit_clearance`), and the rule is read through perception, calibrated
+at the fitted clearance.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from demospec.demonstrations import DemonstrationSet
+from demospec.errors import CannotJudgeError, InputError
+from demospec.perception import (
+    CodeLength,
+    SceneCode,
+    SceneSampler,
+    Sight,
+    SymbolHead,
+    draw_scene_code,
+    read_scene_code,
+)
+from demospec.progress import Progress, silent
+from demospec.scene import Image, Scene
+from demospec.specification.models._folder import (
+    ModelFolder,
+    Weights,
+    provenance_of,
+    read_model_folder,
+    write_model_folder,
+)
+from demospec.specification.models.beta_vae._stacked import check_device
+from demospec.specification.models.perceived_rule._fit import (
+    calibrate,
+    fit_head,
+    fit_rules,
+    look_at_all,
+    typical_clearance,
+)
+from demospec.specification.models.perceived_rule._observation import (
+    Calibration,
+    classes_of,
+    list_shape,
+    listed_parts,
+    seen_parts,
+    sight_of,
+    span_of,
+)
+from demospec.specification.models.perceived_rule._rule import FieldRule
+from demospec.specification.models.perceived_rule._view import FieldView
+
+if TYPE_CHECKING:
+    from demospec.perception import Body
+
+
+@dataclass(frozen=True)
+class FieldSettings:
+    """How a field model is fitted and looks.
+
+    Args:
+        fine_tune: Tune the body on the training scenes' polygons, mixed with pretraining
+            scenes (up to 90 s); else the shipped body is used as it is.
+        use_lists: Where a scene lists its objects, believe the list instead of the picture.
+        device: Where torch tunes the body: ``cpu``, ``cuda``, … Models look on the CPU.
+    """
+
+    fine_tune: bool = False
+    use_lists: bool = True
+    device: str = "cpu"
+
+
+class FieldModel:
+    """A fitted field model; a `ValidityModel`.
+
+    Args:
+        rules: Type → what matters to it.
+        classes: Symbols (or generic words where the training set listed no objects).
+        head: Looks → symbols; None where no training scene listed objects with a picture.
+        calibration: Of seen distances.
+        scale: Map pixels per set unit, or None: the longer side of each picture becomes what
+            the body was trained on.
+        body: The network, or None for a model that only reads lists.
+        settings: How it was fitted.
+        provenance: Versions, seed, data hash.
+    """
+
+    kind: Final = "field"
+
+    def __init__(
+        self,
+        rules: dict[str, FieldRule],
+        classes: tuple[str, ...],
+        head: SymbolHead | None,
+        calibration: Calibration,
+        scale: float | None,
+        body: Body | None,
+        settings: FieldSettings,
+        provenance: dict[str, Any],
+    ) -> None:
+        self.rules = rules
+        self.classes = classes
+        self.head = head
+        self.calibration = calibration
+        self.scale = scale
+        self.body = body
+        self.settings = settings
+        self.provenance = provenance
+
+    @property
+    def types(self) -> tuple[str, ...]:
+        """The user types it knows."""
+        return tuple(self.rules)
+
+    @classmethod
+    def fit(
+        cls,
+        data: DemonstrationSet,
+        *,
+        seed: int = 0,
+        progress: Progress = silent,
+        body: Body | None = None,
+        settings: FieldSettings | None = None,
+        **named: Any,
+    ) -> FieldModel:
+        """Fits to the labelled demonstrations of all scenes of `data`.
+
+        Args:
+            body: Another body than the shipped one.
+            settings: `FieldSettings`; or its fields by name.
+
+        Raises:
+            InputError: No labelled demonstrations, an unknown setting.
+            CannotJudgeError: Scenes with neither picture nor list.
+            MissingExtraError: torch is absent.
+        """
+        settings = _settings(settings, named)
+        if settings.device != "cpu":
+            check_device(settings.device)
+        provenance = provenance_of(data, seed=seed, libraries=("torch", "scipy"))
+        scenes = list(data.scenes)
+        pictured = [s for s in scenes if s.picture is not None]
+        listed = any(s.objects for s in scenes)
+        if not pictured and not listed:
+            raise CannotJudgeError(
+                "scenes with pictures or lists of objects", "neither", field="scenes"
+            )
+        scale = None
+        if pictured:
+            from demospec.perception import load_body
+
+            body = load_body() if body is None else body
+            scale = _common_scale(pictured, body)
+        if settings.fine_tune and listed and pictured:
+            from demospec.specification.models.perceived_rule._tune import tuned_body
+
+            assert body is not None
+            body = tuned_body(
+                body, pictured, scale, seed=seed, device=settings.device, progress=progress
+            )
+        looked = look_at_all(pictured, body, scale, progress) if pictured else []
+        head = fit_head(looked, body, scale, seed) if listed else None
+        start = Calibration({}, {})
+        rules, classes = fit_rules(data, looked, head, start, listed=listed)
+        calibration = calibrate(looked, typical_clearance(rules), seed) if listed else start
+        if not rules:
+            raise InputError(
+                "labelled demonstrations in scenes that can be judged", "none", field="valid"
+            )
+        return cls(rules, classes, head, calibration, scale, body, settings, provenance)
+
+    def look(self, scene: Scene) -> Sight:
+        """What the body sees in the scene's picture.
+
+        Raises:
+            CannotJudgeError: No picture, or the model was fitted without any.
+        """
+        if self.body is None:
+            raise CannotJudgeError(
+                "a list of objects (this model was fitted without pictures)",
+                "not listed", row=f"scene {scene.scene_id}", field="objects",
+            )  # fmt: skip
+        return sight_of(scene, self.body, self.scale)
+
+    def see(self, scene: Scene, *, use_lists: bool | None = None) -> FieldView:
+        """Looks at a scene once.
+
+        Args:
+            use_lists: Believe the scene's list where there is one; by the settings if None.
+
+        Raises:
+            CannotJudgeError: The scene lacks what this model needs.
+        """
+        lists = self.settings.use_lists if use_lists is None else use_lists
+        generic = self.head is None and self.body is not None
+        if scene.objects is not None and lists and not generic:
+            size = span_of(scene)
+            shape = list_shape(size)
+            return FieldView(self, scene, listed_parts(scene, size, shape), size, shape)
+        sight = self.look(scene)
+        parts = seen_parts(sight, self.head, self.calibration)
+        size = (float(sight.size_px[0]), float(sight.size_px[1]))
+        shape = (sight.grid[1], sight.grid[0])
+        return FieldView(self, scene, parts, size, shape, sight.unit_px)
+
+    def encode(self, scene: Scene, *, length: CodeLength | None = None) -> SceneCode:
+        """The latent code of the scene's picture: a table, a lamp, and the things seen.
+
+        Raises:
+            CannotJudgeError: As `look`.
+        """
+        sight = self.look(scene)
+        names = {
+            i: max(p, key=lambda name: p[name])
+            for i, p in enumerate(classes_of(sight, self.head))
+            if p
+        }
+        return read_scene_code(sight, pixels=scene.pixels(), length=length, names=names)
+
+    def decode(self, code: SceneCode) -> Image:
+        """The picture of a code, (height, width, 3)."""
+        return draw_scene_code(code)
+
+    def reconstruct(self, scene: Scene) -> Image:
+        """The picture as far as the model saw it: what was missed is missing."""
+        return self.decode(self.encode(scene))
+
+    def sample_scenes(self, n: int, rng: np.random.Generator, like: Iterable[Scene]) -> list[Scene]:
+        """New scenes with pictures and lists of what was put in, resembling those of `like`."""
+        shown = [scene for scene in like if scene.picture is not None]
+        codes = tuple(self.encode(scene) for scene in shown)
+        sampler = SceneSampler(codes, tuple((scene.start, scene.goal) for scene in shown))
+        return [scene for scene, _ in sampler.sample(n, rng)]
+
+    def save(self, folder: str | os.PathLike[str], *, replace: bool = False) -> Path:
+        """Writes the model as a folder, body included, so that it never changes."""
+        weights: Weights = {}
+        if self.head is not None:
+            for name in ("center", "scale", "weight", "bias"):
+                weights[f"head.{name}"] = getattr(self.head, name)
+        body_size = None
+        if self.body is not None:
+            body_size = asdict(self.body.size)
+            for key, value in self.body.state_dict().items():
+                weights[f"body.{key}"] = value.numpy()
+        settings = {
+            **asdict(self.settings),
+            "rules": {t: rule.to_json() for t, rule in self.rules.items()},
+            "classes": list(self.classes),
+            "head_classes": None if self.head is None else list(self.head.classes),
+            "calibration": asdict(self.calibration),
+            "scale": self.scale,
+            "body": body_size,
+        }
+        return write_model_folder(
+            folder, kind=self.kind, types=self.types, settings=settings,
+            weights=weights, provenance=self.provenance, replace=replace,
+        )  # fmt: skip
+
+    @classmethod
+    def load(cls, folder: str | os.PathLike[str]) -> FieldModel:
+        """Reads what `save` wrote; InputError names what is wrong with it."""
+        return cls.of(read_model_folder(folder))
+
+    @classmethod
+    def of(cls, stored: ModelFolder) -> FieldModel:
+        """The model of a folder that was read."""
+        file = None if stored.path is None else stored.path / "config.json"
+        s = stored.settings
+        try:
+            known = {"device": "cpu", **s}  # earlier models do not name one
+            settings = FieldSettings(**{f.name: known[f.name] for f in fields(FieldSettings)})
+            rules = {
+                t: FieldRule.from_json(s["rules"][t], field=f"settings.rules.{t}")
+                for t in stored.types
+            }
+            calibration = Calibration(**s["calibration"])
+            classes = tuple(s["classes"])
+            head_classes = s["head_classes"]
+            scale = None if s["scale"] is None else float(s["scale"])
+            body_size = s["body"]
+        except (KeyError, TypeError, ValueError) as error:
+            raise InputError("settings of a field model", repr(error), file=file) from None
+        head = None
+        if head_classes is not None:
+            from demospec.perception.heads._symbols import SHAPE
+
+            count = len(head_classes)
+            center = stored.weight("head.center", (None,))
+            width = len(center)
+            head = SymbolHead(
+                tuple(head_classes), center, stored.weight("head.scale", (width,)),
+                stored.weight("head.weight", (count, width + SHAPE)),
+                stored.weight("head.bias", (count,)),
+            )  # fmt: skip
+        body = None
+        if body_size is not None:
+            import torch
+
+            from demospec.perception.heads._symbols import looks_count
+            from demospec.perception.network._weights import body_from, need_torch
+
+            need_torch("a field model")
+            state = {
+                key.removeprefix("body."): torch.from_numpy(np.array(value))
+                for key, value in stored.weights.items()
+                if key.startswith("body.")
+            }
+            body = body_from(state, body_size, file=file)
+            if head is not None and len(head.center) != looks_count(body.size):
+                raise InputError(
+                    f"a head on {looks_count(body.size)} features (fit the model anew)",
+                    len(head.center), file=file, field="head.center",
+                )  # fmt: skip
+        return cls(
+            rules, classes, head, calibration, scale, body, settings, dict(stored.provenance)
+        )
+
+
+def _settings(settings: FieldSettings | None, named: dict[str, Any]) -> FieldSettings:
+    known = [f.name for f in fields(FieldSettings)]
+    for name, value in named.items():
+        if name not in known:
+            raise InputError(f"a setting ({', '.join(known)})", name, field="settings")
+        if name == "device":
+            if not isinstance(value, str):
+                raise InputError("the name of a device", value, field=name)
+        elif not isinstance(value, bool):
+            raise InputError("true or false", value, field=name)
+    if settings is not None and named:
+        raise InputError("settings, or their fields by name", "both", field="settings")
+    return settings or FieldSettings(**named)
+
+
+def _common_scale(scenes: list[Scene], body: Body) -> float | None:
+    """Map pixels per picture pixel where all training pictures have one size; else None."""
+    from demospec.perception.inference._observe import table_px
+
+    sizes = {max(s.size_px) for s in scenes if s.size_px is not None}
+    return table_px(body) / sizes.pop() if len(sizes) == 1 else None

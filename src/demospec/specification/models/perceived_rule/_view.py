@@ -1,0 +1,138 @@
+"""One scene as the field model sees it: things, their classes and distances, logits of paths."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from demospec.demonstrations import Paths
+from demospec.errors import InputError
+from demospec.frames import FloatArray
+from demospec.scene import Scene
+from demospec.specification.models.perceived_rule._paths import LogitMap
+from demospec.specification.models.perceived_rule._rule import FieldRule
+
+if TYPE_CHECKING:
+    from demospec.specification.models.perceived_rule._model import FieldModel
+
+_SLOPE = 1.702  # logistic ≈ normal distribution function
+_LEAK = 0.05
+_FAR = -25.0  # log-odds: less changes no digit of `_WRONG`
+_WRONG = 1e-5  # a label may be wrong even where nothing is near
+
+
+@dataclass(frozen=True)
+class Part:
+    """One thing in the view.
+
+    Args:
+        distance: (h, w) signed distance to it alone on the view's grid, set units.
+        classes: Class → probability; what is missing to 1: it is no thing.
+        error: Standard deviation of the distance near the clearance, set units.
+        doubt: (h, w) what that is multiplied with place by place; None: by 1.
+        center: Set units.
+        listed: The scene's list says so (else the picture does).
+    """
+
+    distance: NDArray[np.float32]
+    classes: Mapping[str, float]
+    error: float
+    center: tuple[float, float]
+    listed: bool
+    doubt: NDArray[np.float32] | None = None
+
+    @property
+    def errors(self) -> FloatArray:
+        """Standard deviation of the distance, (h, w) or one number; set units."""
+        return np.asarray(self.error if self.doubt is None else self.error * self.doubt)
+
+
+def logit_map(
+    parts: tuple[Part, ...], rule: FieldRule, shape: tuple[int, int]
+) -> NDArray[np.float32]:
+    """ℓ(p): log-odds that a path whose worst place is p is valid, (h, w).
+
+    p(valid at p) = Π_k (1 − r_k σ(a_k (c_k − d_k(p)))) over things k with relevance r_k. That
+    saturates where r_k < 1, so a small share of a_k (d_k − c_k) of the things that probably
+    matter is added: the gradient never vanishes near them, and the sign hardly moves.
+    """
+    keep = np.full(shape, np.log1p(-_WRONG))
+    leak = np.full(shape, np.inf)
+    for part in parts:
+        relevance, clearance, spread = rule.of_classes(part.classes)
+        if relevance <= 0.0:
+            continue
+        slope = _SLOPE / np.hypot(part.errors, spread)
+        u = slope * (clearance - part.distance.astype(np.float64))
+        # log(1 − r σ(u)) = log(1 + (1 − r) eᵘ) − log(1 + eᵘ); next to nothing far off.
+        near = u > _FAR
+        v = u[near]
+        keep[near] += np.logaddexp(0.0, v + np.log1p(-relevance)) - np.logaddexp(0.0, v)
+        if relevance > 0.5:
+            leak = np.minimum(leak, -u)
+    odds = keep - np.log(-np.expm1(keep))
+    return np.asarray(odds + _LEAK * np.where(np.isfinite(leak), leak, 0.0), np.float32)
+
+
+@dataclass(frozen=True)
+class FieldView:
+    """A scene looked at once; a `DifferentiableView`.
+
+    Args:
+        model: Who looks.
+        scene: At what.
+        parts: The things in it.
+        size: (width, height) that the maps span, set units.
+        shape: (h, w) of the maps.
+        unit: As of `LogitMap`.
+    """
+
+    model: FieldModel
+    scene: Scene
+    parts: tuple[Part, ...]
+    size: tuple[float, float]
+    shape: tuple[int, int]
+    unit: float = 1.0
+    _maps: dict[str, LogitMap] = field(default_factory=dict, repr=False)
+
+    def map_of(self, type: str) -> LogitMap:
+        """The logit map of one type; made once.
+
+        Whatever a type accepts, one whose rule is nested in its rule accepts too: of a thing of
+        uncertain class the mean clearance over the classes could say otherwise.
+        """
+        if type not in self._maps:
+            rules = self.model.rules
+            if type not in rules:
+                raise InputError(f"one of the types {', '.join(rules)}", type, field="type")
+            values = logit_map(self.parts, rules[type], self.shape)
+            for name, other in rules.items():
+                if rules[type].is_nested_in(other):
+                    values = np.maximum(values, self.map_of(name).values)
+            self._maps[type] = LogitMap(values, self.size, self.unit)
+        return self._maps[type]
+
+    def logits(self, paths: Paths, type: str) -> FloatArray:
+        """(n,) log-odds of validity; unbounded."""
+        return self.map_of(type).logits(paths)
+
+    def p_valid(self, paths: Paths, type: str) -> FloatArray:
+        """(n,) in [0, 1]; > 0.5 exactly where the logit is > 0."""
+        return self.p_of_logits(self.logits(paths, type))
+
+    def p_of_logits(self, logits: FloatArray) -> FloatArray:
+        """The logistic function: who has the logits need not judge again."""
+        return np.asarray(1.0 / (1.0 + np.exp(-np.clip(logits, -60, 60))))
+
+    def logits_and_gradients(self, paths: FloatArray, type: str) -> tuple[FloatArray, FloatArray]:
+        """(n, m, 2) → logits (n,) and ∂logit/∂paths (n, m, 2)."""
+        return self.map_of(type).logits_and_gradients(paths)
+
+    def relevance(self, type: str) -> tuple[tuple[Part, float, float], ...]:
+        """(thing, probability that it matters to the type, its clearance), nearest first none."""
+        rule = self.model.rules[type]
+        return tuple((part, *rule.of_classes(part.classes)[:2]) for part in self.parts)

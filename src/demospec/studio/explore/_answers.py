@@ -1,0 +1,213 @@
+"""The Explore page's answers as JSON documents: look, repair, sample, put down."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from demospec.frames import describe_length
+from demospec.rules import RuleView
+from demospec.scene import Capsule, Disc, Footprint, Polygon, Scene
+from demospec.specification import (
+    Explanation,
+    RepairSettings,
+    ValidityMap,
+    explain,
+    plane_bounds,
+    repair,
+    sample_valid,
+)
+from demospec.studio.drawing._scene_svg import data_url
+from demospec.studio.explore._map import SMALL, boundary_path, explore_map
+from demospec.studio.explore._state import Edits, Explorer, Question, path_of
+
+_SURE = float(np.log(9.0))
+"""Logit of p = 0.9: outside ±`_SURE` a learned model is sure."""
+
+
+def look(
+    explorer: Explorer, question: Question, *, has: object = None, moving: bool = False
+) -> dict[str, Any]:
+    """Everything that follows the hand: verdicts, reason, maps, the scene as it now stands.
+
+    Args:
+        has: ``key`` of an answer that the page still shows. Where scene, model and edits are
+            those, only what hangs on the path is answered: a control point is dragged a long
+            way over one map.
+        moving: The hand has not come to rest. The push that would make a rejected path valid
+            waits until it does: nobody reads a number that changes ten times a second.
+
+    Returns:
+        ``key``, ``verdicts`` and ``why`` (`Explanation`) of the path; where the page lacks
+        them ``scene`` (objects with outlines, the picture), ``map`` of the chosen type,
+        ``small`` maps per type, and ``mean_p`` in the verdicts; ``before`` (the same without
+        what was put down, or None) and ``milliseconds`` spent here.
+    """
+    began = time.perf_counter()
+    with explorer.lock:
+        key = explorer.key(question)
+        view = explorer.view(question)
+        path = path_of(view.scene, question.control)
+        reason = explain(
+            view, path, question.type, counterfactual=not moving,
+            units=explorer.units, metres_per_unit=explorer.metres_per_unit,
+        )  # fmt: skip
+        whole = has != key
+        answer = _seen(explorer, question, path, whole=whole)
+        if whole:
+            answer["map"] = _map_document(
+                explore_map(view, question.type), sure=not isinstance(view, RuleView)
+            )
+        answer["before"] = None
+        if question.edits.added:
+            clean = replace(question, edits=question.edits.without_added())
+            answer["before"] = _seen(explorer, clean, path, whole=whole)
+    return {
+        **answer,
+        "key": key,
+        "why": {**_reason(reason), "counterfactual_follows": moving and not reason.valid},
+        "certain": isinstance(view, RuleView),
+        "milliseconds": round(1000 * (time.perf_counter() - began), 1),
+    }
+
+
+def _seen(explorer: Explorer, question: Question, path: Any, *, whole: bool) -> dict[str, Any]:
+    """Every type's verdict on the path; with `whole` also its small map, and the scene."""
+    view = explorer.view(question)
+    types = tuple(explorer.model(question.model).types)
+    verdicts: list[dict[str, Any]] = []
+    for name in types:
+        valid = bool(view.logits(path[None], name)[0] > 0)
+        p = round(float(view.p_valid(path[None], name)[0]), 4)
+        verdicts.append({"type": name, "valid": valid, "p_valid": p})
+    if not whole:
+        return {"verdicts": verdicts}
+    maps = [explore_map(view, name, SMALL) for name in types]
+    for verdict, found in zip(verdicts, maps, strict=True):
+        verdict["mean_p"] = round(float(found.p_valid.mean()), 4)
+    scene = explorer.scene(question.scene_id, question.edits)
+    return {
+        "verdicts": verdicts,
+        "small": [_map_document(found, sure=False) for found in maps],
+        "scene": scene_document(scene, question.edits),
+    }
+
+
+def mend(explorer: Explorer, question: Question) -> dict[str, Any]:
+    """Repair of the path: the control points gone through, and the nearest that holds.
+
+    ``true_valid`` is the verdict of the rule that made the labels, None where it is unknown.
+    """
+    with explorer.lock:
+        view = explorer.view(question)
+        found = repair(view, [question.control], question.type, settings=RepairSettings())
+        control = (float(found.control[0, 0, 0]), float(found.control[0, 0, 1]))
+        path = path_of(view.scene, control)
+        change = float(np.hypot(*(path - path_of(view.scene, question.control)).T).max())
+        length = describe_length(change, explorer.metres_per_unit, explorer.units)
+        return {
+            "steps": [[round(float(v), 3) for v in z[0]] for z in found.trace[0]],
+            "control": list(control),
+            "holds": bool(found.holds[0]),
+            "moved": change,
+            "control_moved": float(found.moved[0]),
+            "words": length,
+            "p_valid": float(found.p_valid[0]),
+            "true_valid": _true_verdict(explorer, question, path),
+        }
+
+
+def solutions(explorer: Explorer, question: Question, n: int = 8) -> dict[str, Any]:
+    """Varied valid solutions: some from every region of the map that the model accepts."""
+    with explorer.lock:
+        view = explorer.view(question)
+        found = sample_valid(view, question.type, n, size=SMALL)
+        scene = view.scene
+        paths = [
+            {
+                "control": [float(v) for v in found.control[i, 0]],
+                "mode": int(found.mode[i]),
+                "p_valid": float(found.p_valid[i]),
+                "true_valid": _true_verdict(
+                    explorer, question, path_of(scene, tuple(found.control[i, 0]))
+                ),
+            }
+            for i in range(len(found.control))
+        ]
+    return {"paths": paths, "modes": found.modes, "diversity": found.diversity}
+
+
+def put_down(explorer: Explorer, question: Question, symbol: str) -> dict[str, Any]:
+    """A free place for one more thing, as near to the path as there is one."""
+    with explorer.lock:
+        x, y = explorer.free_place(question, symbol)
+    return {"symbol": symbol, "x": round(x, 2), "y": round(y, 2)}
+
+
+def scene_document(scene: Scene, edits: Edits) -> dict[str, Any]:
+    """Start, goal, bounds, objects with outlines as SVG paths, and the picture as PNG data."""
+    objects = scene.objects or ()
+    first_added = len(objects) - len(edits.added)
+    return {
+        "id": scene.scene_id,
+        "start": [float(v) for v in scene.start[:2]],
+        "goal": [float(v) for v in scene.goal[:2]],
+        "bounds": list(plane_bounds(scene)),
+        "size": list(scene.size_px) if scene.size_px is not None else None,
+        "objects": [
+            {
+                "id": o.id,
+                "symbol": o.symbol,
+                "center": [float(v) for v in o.center[:2]],
+                "outline": outline_path(o.outline),
+                "added": i - first_added if i >= first_added else None,
+            }
+            for i, o in enumerate(objects)
+        ],
+        "picture": data_url(scene) if scene.picture is not None else None,
+    }
+
+
+def outline_path(shape: Footprint) -> str:
+    """A footprint as the ``d`` of a closed SVG path."""
+    if isinstance(shape, Polygon):
+        return "M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in shape.vertices) + "Z"
+    if isinstance(shape, Disc):
+        (x, y), r = shape.center, max(float(shape.radius), 0.6)
+        half = f"a{r:.2f} {r:.2f} 0 1 0"
+        return f"M{x - r:.2f} {y:.2f}{half} {2 * r:.2f} 0{half} {-2 * r:.2f} 0Z"
+    assert isinstance(shape, Capsule)
+    start, end = np.asarray(shape.start), np.asarray(shape.end)
+    angle = float(np.arctan2(*(end - start)[::-1]))
+    turns = np.linspace(-np.pi / 2, np.pi / 2, 13)
+    caps = [end + shape.radius * np.stack([np.cos(angle + turns), np.sin(angle + turns)], 1)]
+    caps.append(start - shape.radius * np.stack([np.cos(angle + turns), np.sin(angle + turns)], 1))
+    return "M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in np.concatenate(caps)) + "Z"
+
+
+def _map_document(found: ValidityMap, *, sure: bool) -> dict[str, Any]:
+    """The boundary; with `sure` also the lines p = 0.1 and p = 0.9 of a model that doubts."""
+    document: dict[str, Any] = {
+        "type": found.type,
+        "region": boundary_path(found),
+        "share": round(found.valid_share, 4),
+    }
+    if sure:
+        document["sure"] = [boundary_path(found, v, closed=False) for v in (-_SURE, _SURE)]
+    return document
+
+
+def _reason(found: Explanation) -> dict[str, Any]:
+    document = found.to_json()
+    way = found.counterfactual
+    document["counterfactual"] = None if way is None else np.round(way[::4], 1).tolist()
+    document["logit"] = round(found.logit, 4)
+    return document
+
+
+def _true_verdict(explorer: Explorer, question: Question, path: Any) -> bool | None:
+    judge = explorer.true_view(question)
+    return None if judge is None else bool(judge.logits(path[None], question.type)[0] > 0)

@@ -1,0 +1,1 @@
+"""A session: journal, replay, workspace, models, uploaded pictures, cached distances."""

@@ -1,0 +1,204 @@
+"""What a journal's events make of the demonstrations that were there before."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from demospec.demonstrations import Demonstration, checked_points
+from demospec.errors import InputError
+from demospec.scene import Disc, Picture, Polygon, Scene, SceneObject
+from demospec.studio.session._journal import Event, effective
+
+
+@dataclass(frozen=True)
+class Taught:
+    """Scenes and demonstrations as they stand.
+
+    Args:
+        scenes: The set's, then those that were added.
+        demonstrations: The set's, then those drawn; in the order in which they came.
+        unlisted: Ids of scenes that came without a list of objects: people may make it.
+    """
+
+    scenes: Mapping[str, Scene]
+    demonstrations: Mapping[str, Demonstration]
+    unlisted: frozenset[str] = frozenset()
+
+    def in_scene(self, scene_id: str) -> list[Demonstration]:
+        """Those of one scene."""
+        return [d for d in self.demonstrations.values() if d.scene_id == scene_id]
+
+
+def taught(
+    scenes: Iterable[Scene],
+    before: Iterable[Demonstration],
+    events: Sequence[Event],
+    parsed: dict[int, Scene | Demonstration] | None = None,
+) -> Taught:
+    """Applies the events that stand.
+
+    An event about a demonstration that is gone (another tab took it back) does nothing.
+
+    Args:
+        parsed: What events were decoded to before, by number; new ones are added.
+    """
+    cache = {} if parsed is None else parsed
+    all_scenes = {s.scene_id: s for s in scenes}
+    demos = {d.demo_id: d for d in before}
+    unlisted = {s.scene_id for s in all_scenes.values() if s.objects is None}
+    for event in effective(events):
+        body = event.body
+        if event.kind == "scene":
+            if event.seq not in cache:
+                cache[event.seq] = scene_of(body, event.blob)
+            scene = cache[event.seq]
+            assert isinstance(scene, Scene)
+            all_scenes[scene.scene_id] = scene
+            if scene.objects is None:
+                unlisted.add(scene.scene_id)
+        elif event.kind in ("mark", "unmark"):
+            known = all_scenes.get(body["scene_id"])
+            if known is not None:
+                all_scenes[known.scene_id] = _marked(known, event)
+        elif event.kind == "add":
+            if event.seq not in cache:
+                cache[event.seq] = demonstration_of(body)
+            demo = cache[event.seq]
+            assert isinstance(demo, Demonstration)
+            if demo.scene_id in all_scenes:
+                demos[demo.demo_id] = demo
+        elif body["demo_id"] not in demos:
+            continue
+        elif event.kind == "delete":
+            del demos[body["demo_id"]]
+        elif event.kind == "label":
+            demos[body["demo_id"]] = replace(demos[body["demo_id"]], valid=body["valid"])
+        elif event.kind == "edit":
+            demos[body["demo_id"]] = replace(demos[body["demo_id"]], **body["changes"])
+    return Taught(all_scenes, demos, frozenset(unlisted))
+
+
+def _marked(scene: Scene, event: Event) -> Scene:
+    """The scene with objects that somebody marked in it, or without one."""
+    listed = scene.objects or ()
+    if event.kind == "mark":
+        listed = (*listed, *(_object(o) for o in event.body["objects"]))
+    else:
+        listed = tuple(o for o in listed if o.id != event.body["id"])
+    return replace(scene, objects=listed or None)  # none marked: not listed, not an empty table
+
+
+def demonstration_of(body: Mapping[str, Any]) -> Demonstration:
+    """A demonstration from an event or a request; see `demonstration_body`."""
+    t = body.get("t")
+    return Demonstration(
+        demo_id=body["demo_id"],
+        scene_id=body["scene_id"],
+        points=checked_points(body["points"]),
+        type=body.get("type"),
+        demonstrator=body.get("demonstrator"),
+        valid=body.get("valid"),
+        t=None if t is None else np.asarray(t, dtype=np.float64),
+    )
+
+
+def demonstration_body(demo: Demonstration) -> dict[str, Any]:
+    """The JSON object of one demonstration."""
+    return {
+        "demo_id": demo.demo_id,
+        "scene_id": demo.scene_id,
+        "type": demo.type,
+        "demonstrator": demo.demonstrator,
+        "valid": demo.valid,
+        "points": demo.points.tolist(),
+        "t": None if demo.t is None else demo.t.tolist(),
+    }
+
+
+def scene_of(body: Mapping[str, Any], blob: bytes | None) -> Scene:
+    """A scene from an event: the picture travels beside it, as PNG."""
+    picture = None
+    if blob is not None:
+        import PIL.Image
+
+        with PIL.Image.open(io.BytesIO(blob), formats=("PNG",)) as image:
+            picture = Picture(array=np.asarray(image.convert("RGB")))
+    objects = body.get("objects")
+    return Scene(
+        scene_id=body["scene_id"],
+        start=tuple(body["start"]),
+        goal=tuple(body["goal"]),
+        objects=None if objects is None else tuple(_object(o) for o in objects),
+        picture=picture,
+        split=body.get("split", "train"),
+    )
+
+
+def scene_body(scene: Scene) -> dict[str, Any]:
+    """The JSON object of one scene, without its picture."""
+    objects = None if scene.objects is None else [o.to_json() for o in scene.objects]
+    return {
+        "scene_id": scene.scene_id,
+        "start": list(scene.start),
+        "goal": list(scene.goal),
+        "split": scene.split,
+        "size_px": None if scene.size_px is None else list(scene.size_px),
+        "objects": objects,
+    }
+
+
+def _object(item: Mapping[str, Any]) -> SceneObject:
+    center = (float(item["center"][0]), float(item["center"][1]))
+    box = item.get("bbox")
+    shape: Polygon | Disc | None = None
+    if item.get("polygon"):
+        shape = Polygon(np.asarray(item["polygon"], dtype=np.float64))
+    elif item.get("radius") is not None:
+        shape = Disc(center, float(item["radius"]))
+    elif box is not None:
+        from demospec.scene import rectangle
+
+        shape = rectangle(*box)
+    return SceneObject(item["id"], item["symbol"], center, box and tuple(box), shape)
+
+
+def object_about(name: str, symbol: str, points: Any, scene: Scene) -> SceneObject:
+    """An object whose footprint is the convex hull of points drawn about it, pixels.
+
+    Raises:
+        InputError: Not points, outside the picture, or hardly any area.
+    """
+    from scipy.spatial import ConvexHull, QhullError
+
+    loop = checked_points(points, 2)
+    size = scene.size_px
+    if size is not None and ((loop < -1).any() or (loop > np.asarray(size) + 1).any()):
+        raise InputError("points in the picture", "others", field="outline")
+    span = np.ptp(loop, axis=0)
+    try:
+        corners = loop[ConvexHull(loop).vertices] if span.min() > 0 else loop[:0]
+    except QhullError:
+        corners = loop[:0]
+    if len(corners) < 3 or span.min() < span.max() / 50:
+        raise InputError("a loop around the object", "a line", field="outline")
+    corners = np.round(corners, 2)
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    center = (float((low[0] + high[0]) / 2), float((low[1] + high[1]) / 2))
+    box = (float(low[0]), float(low[1]), *(float(v) for v in high - low))
+    return SceneObject(name, symbol, center, box, Polygon(corners))  # type: ignore[arg-type]
+
+
+def png_of(scene: Scene) -> bytes | None:
+    """The picture as PNG, or None without one."""
+    if scene.picture is None:
+        return None
+    import PIL.Image
+
+    buffer = io.BytesIO()
+    PIL.Image.fromarray(np.asarray(scene.pixels())).save(buffer, format="PNG")
+    return buffer.getvalue()

@@ -1,0 +1,322 @@
+"""What one browser tab on the Teach page is doing. No page, so that it is tested without one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+from demospec.demonstrations import Demonstration, checked_points
+from demospec.errors import DemospecError, InputError
+from demospec.rules import Query
+from demospec.scene import Polygon, Scene
+from demospec.studio.drawing._scene_svg import short_name
+from demospec.studio.session._workspace import Workbench
+from demospec.studio.teach._summary import (
+    Conflict,
+    Memory,
+    how_many_more,
+    question,
+    understand,
+)
+
+NEXT_AFTER = {"after 1 verdict": 1, "after 3 verdicts": 3, "after 5 verdicts": 5, "when I say": 0}
+
+
+class NotNow(DemospecError):
+    """Why something cannot be done now: a sentence for the person at the page."""
+
+
+class TeachState:
+    """One tab: its scene, the chosen path, the person, the question, what was understood.
+
+    Args:
+        workbench: What all tabs share.
+    """
+
+    def __init__(self, workbench: Workbench) -> None:
+        self.bench = workbench
+        self.actor = "tab"
+        self.scene_id = workbench.scenes[0].scene_id
+        self.chosen: str | None = None
+        self.type = workbench.types[0] if workbench.types else "me"
+        self.demonstrator = ""
+        self.next_after = 3
+        self.object_word = ""
+        """What the next marked object is."""
+        self.verdicts_here = 0
+        self.asked: Query | None = None
+        """The question that is shown, or None."""
+        self.next_question: Query | None = None
+        self._memory = Memory()
+        self.understood = understand(None, self.type)
+        self.advice = ""
+        self.computed: tuple[int, str] | None = None
+        self.advised: tuple[int, str] | None = None
+        self.shown_version = -1
+        self.kept: set[Conflict] = set()
+        """Conflicts that the person wants to keep."""
+
+    @property
+    def scene(self) -> Scene:
+        return self.bench.scene(self.scene_id)
+
+    @property
+    def here(self) -> list[Demonstration]:
+        """The demonstrations of this type in this scene."""
+        return [d for d in self.bench.standing.in_scene(self.scene_id) if d.type == self.type]
+
+    @property
+    def conflicts(self) -> list[Conflict]:
+        """Those that the person did not decide to keep."""
+        return [c for c in self.understood.conflicts if c not in self.kept]
+
+    @property
+    def hint(self) -> str:
+        """What to do next, in one line."""
+        if self.asked is not None:
+            return f"Would {self.who} accept the green path? Press A for yes, R for no."
+        if self.bench.may_mark(self.scene_id) and self.scene.objects is None:
+            return (
+                "Nobody has said yet what stands here: mark the objects under “What stands here”."
+            )
+        chosen = self.bench.standing.demonstrations.get(self.chosen or "")
+        if chosen is None:
+            return "Draw a path from the circle to the star, with mouse, pen or finger."
+        name = short_name(chosen.demo_id)
+        if chosen.valid is None:
+            return f"Would {self.who} accept this path? Press A for yes, R for no."
+        verdict = "accepted" if chosen.valid else "rejected"
+        return f"{name} is {verdict}. Draw another path, or press N for the next scene."
+
+    @property
+    def who(self) -> str:
+        """The type, as it stands in a question."""
+        return "you" if self.type == "me" else f"“{self.type}”"
+
+    def wanted(self) -> tuple[int, str]:
+        """What `computed` must be for the understanding to be of now."""
+        return (self.bench.version, self.type)
+
+    def understand(self) -> None:
+        """Learns from what stands (for a worker thread)."""
+        wanted = self.wanted()
+        self.understood = understand(self.bench.data(), wanted[1], self._memory)
+        self.computed = wanted
+
+    def foresee(self) -> None:
+        """Learns from either verdict on the path that waits for one (for a worker thread).
+
+        A person looks at a path for a while; then the rings move at the press of the key.
+        """
+        wanted = self.wanted()
+        waiting = self._waiting()
+        for valid in (True, False) if waiting is not None else ():
+            if self.wanted() == wanted and waiting is not None:
+                judged = self.bench.data(replace(waiting, valid=valid))
+                understand(judged, wanted[1], self._memory)
+
+    def _waiting(self) -> Demonstration | None:
+        """The path that A or R would be about now."""
+        if self.asked is not None and self.asked.points is not None:
+            return Demonstration(
+                self.bench.next_id(), str(self.asked.scene), checked_points(self.asked.points, 2),
+                self.type, self.demonstrator or None,
+            )  # fmt: skip
+        chosen = self.bench.standing.demonstrations.get(self.chosen or "")
+        return chosen if chosen is not None and chosen.valid is None else None
+
+    def ask(self) -> None:
+        """Computes the next question (for a worker thread)."""
+        wanted = self.advised = self.wanted()
+        try:
+            # The same pool for some versions: what was measured then is remembered.
+            found = question(self.bench.data(), wanted[1], seed=wanted[0] // 8)
+        except InputError:
+            self.next_question, self.advice = None, ""
+            return
+        self.next_question, self.advice = found, how_many_more(found, self.understood)
+
+    def do(self, what: str, value: Any = None) -> None:
+        """One thing that the person asked for.
+
+        Raises:
+            InputError: It cannot be done; nothing was changed.
+        """
+        if what == "key" and value in _KEYS:
+            what, value = str(value), None
+        action = getattr(self, f"_do_{what}", None)
+        if action is None:
+            raise InputError("an action of the page", what, field="action")
+        action(value)
+
+    def _do_hello(self, value: Any) -> None:
+        """What the browser's tab remembered, after a reload."""
+        if not isinstance(value, dict):
+            return
+        tab = value.get("tab")
+        if isinstance(tab, str) and 0 < len(tab) <= 40:
+            self.actor = tab
+        standing = self.bench.standing
+        if value.get("scene") in standing.scenes:
+            self.scene_id = str(value["scene"])
+        if value.get("chosen") in standing.demonstrations:
+            self.chosen = str(value["chosen"])
+        for name in ("type", "demonstrator"):
+            if isinstance(value.get(name), str) and value[name].isprintable():
+                setattr(self, name, value[name][:60] or getattr(self, name))
+        self.next_after = NEXT_AFTER.get(str(value.get("next_after")), self.next_after)
+        for entry in value.get("kept") or ():
+            if isinstance(entry, dict) and isinstance(entry.get("against"), list):
+                against = tuple(str(name) for name in entry["against"])
+                self.kept.add(Conflict(str(entry.get("demo_id")), against))
+
+    def _do_stroke(self, value: Any) -> None:
+        if not isinstance(value, dict):
+            raise InputError("a stroke", value, field="stroke")
+        demo = self.bench.draw(
+            str(value.get("scene")), value.get("points"), actor=self.actor, type=self.type,
+            demonstrator=self.demonstrator or None, t=value.get("t"),
+        )  # fmt: skip
+        self.scene_id, self.chosen, self.asked = demo.scene_id, demo.demo_id, None
+
+    def _verdict(self, valid: bool) -> None:
+        if self.asked is not None and self.asked.points is not None:
+            demo = self.bench.draw(
+                str(self.asked.scene), self.asked.points, actor=self.actor, type=self.type,
+                demonstrator=self.demonstrator or None, valid=valid,
+            )  # fmt: skip
+            self.chosen, self.asked = demo.demo_id, None
+            return
+        if self.chosen is None:
+            raise NotNow("Draw a path first, or click one.")
+        first = self.bench.standing.demonstrations[self.chosen].valid is None
+        self.bench.label(self.chosen, valid, actor=self.actor)
+        self.verdicts_here += first
+        if first and self.next_after and self.verdicts_here >= self.next_after:
+            self._do_next(None)
+
+    def _do_mark(self, value: Any) -> None:
+        """A loop drawn about an object."""
+        if not isinstance(value, dict):
+            raise InputError("a loop", value, field="mark")
+        if not self.object_word:
+            raise NotNow("Say first what the object is, for example cup.")
+        try:
+            self.bench.mark(
+                str(value.get("scene")), [(self.object_word, value.get("points"))],
+                actor=self.actor,
+            )  # fmt: skip
+        except InputError as error:
+            if error.field == "outline":
+                raise NotNow("Draw a loop around the object.") from error
+            raise
+
+    def _do_unmark(self, value: Any) -> None:
+        self.bench.unmark(self.scene_id, str(value), actor=self.actor)
+
+    def _do_object_word(self, value: Any) -> None:
+        self.object_word = str(value or "").strip()[:60]
+
+    def find_objects(self) -> None:
+        """Marks what the shipped body sees in the picture (for a worker thread; seconds)."""
+        from demospec.perception import detect_objects
+
+        scene = self.scene
+        seen = detect_objects(scene)
+        if not seen:
+            raise NotNow("Nothing was found in this picture: mark the objects yourself.")
+        outlines = [
+            (o.symbol, o.footprint.vertices) for o in seen if isinstance(o.footprint, Polygon)
+        ]
+        self.bench.mark(scene.scene_id, outlines, actor=self.actor)
+
+    def _do_accept(self, _: Any) -> None:
+        self._verdict(True)
+
+    def _do_reject(self, _: Any) -> None:
+        self._verdict(False)
+
+    def _do_undo(self, _: Any) -> None:
+        if self.bench.undo(self.actor) is None:
+            raise NotNow("Nothing of this tab is left to undo.")
+        self._look_again()
+
+    def _do_redo(self, _: Any) -> None:
+        if self.bench.redo(self.actor) is None:
+            raise NotNow("There is nothing to redo.")
+        self._look_again()
+
+    def _do_delete(self, _: Any) -> None:
+        if self.chosen is None:
+            raise NotNow("Click the path to delete first.")
+        self.bench.delete(self.chosen, actor=self.actor)
+        self._look_again()
+
+    def _do_next(self, _: Any) -> None:
+        self._step(1)
+
+    def _do_previous(self, _: Any) -> None:
+        self._step(-1)
+
+    def to_remember(self) -> dict[str, Any]:
+        """What `_do_hello` wants to hear again."""
+        after = next(words for words, n in NEXT_AFTER.items() if n == self.next_after)
+        return {
+            "scene": self.scene_id, "chosen": self.chosen, "type": self.type,
+            "demonstrator": self.demonstrator, "next_after": after,
+            "kept": [{"demo_id": c.demo_id, "against": list(c.against)} for c in self.kept],
+        }  # fmt: skip
+
+    def _step(self, by: int) -> None:
+        names = [s.scene_id for s in self.bench.scenes]
+        self._do_scene(names[(names.index(self.scene_id) + by) % len(names)])
+
+    def _do_scene(self, value: Any) -> None:
+        self.scene_id = self.bench.scene(str(value)).scene_id
+        self.chosen, self.asked, self.verdicts_here = None, None, 0
+
+    def _do_pick(self, value: Any) -> None:
+        demo = self.bench.standing.demonstrations.get(str(value))
+        if demo is not None:
+            self.scene_id, self.chosen, self.asked = demo.scene_id, demo.demo_id, None
+
+    def _do_ask(self, _: Any) -> None:
+        if self.advised != self.wanted() or self.next_question is None:
+            self.ask()
+        found = self.next_question
+        if found is None:
+            raise NotNow("Accept or reject one path in a scene with known objects first.")
+        if found.status != "ask":
+            raise NotNow("Nothing is left to ask: the verdict on every path is clear.")
+        self.asked, self.chosen, self.scene_id = found, None, str(found.scene)
+
+    def _do_stop_asking(self, _: Any) -> None:
+        self.asked = None
+
+    def _do_type(self, value: Any) -> None:
+        word = str(value or "").strip()
+        if not word or len(word) > 60 or not word.isprintable():
+            raise NotNow("A type is named with 1 to 60 characters.")
+        self.type, self.chosen, self.asked = word, None, None
+
+    def _do_demonstrator(self, value: Any) -> None:
+        self.demonstrator = str(value or "").strip()[:60]
+
+    def _do_next_after(self, value: Any) -> None:
+        self.next_after = NEXT_AFTER.get(str(value), 3)
+
+    def _do_keep(self, value: Sequence[Conflict]) -> None:
+        self.kept.update(value)
+
+    def _do_change(self, value: tuple[str, bool]) -> None:
+        self.bench.label(value[0], value[1], actor=self.actor)
+        self._do_pick(value[0])
+
+    def _look_again(self) -> None:
+        if self.chosen not in self.bench.standing.demonstrations:
+            rest = self.here
+            self.chosen = rest[-1].demo_id if rest else None
+
+
+_KEYS = ("accept", "reject", "undo", "redo", "delete", "next", "ask")

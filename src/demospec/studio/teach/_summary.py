@@ -1,0 +1,269 @@
+"""What was understood from the demonstrations of one user type, and what to ask next."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections import OrderedDict
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from concurrent.futures import Future
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from demospec.demonstrations import DemonstrationSet
+from demospec.errors import CannotJudgeError, InputError
+from demospec.rules import ClearanceRule, Query, learn_rules, query_set
+from demospec.studio.session._distance_cache import near as measure
+from demospec.studio.session._distance_cache import passing, path_digest
+
+
+@dataclass(frozen=True)
+class Conflict:
+    """One rejected demonstration that no clearance rule can tell from accepted ones.
+
+    Args:
+        demo_id: The rejected one.
+        against: Accepted ones that came at least as near to everything that it passed: as long
+            as they stand, nothing explains the rejection.
+    """
+
+    demo_id: str
+    against: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Understood:
+    """What was understood so far of one user type.
+
+    Args:
+        type: The user type.
+        accepted, rejected, unsaid: Numbers of its demonstrations.
+        rule: What it keeps away from; None while nothing can be said.
+        sentence: The same in plain words, or why nothing can be said.
+        probability: Symbol → probability that it matters.
+        conflicts: Rejections that contradict acceptances.
+    """
+
+    type: str
+    accepted: int
+    rejected: int
+    unsaid: int
+    rule: ClearanceRule | None
+    sentence: str
+    probability: Mapping[str, float] = field(default_factory=dict)
+    conflicts: tuple[Conflict, ...] = ()
+
+    def to_json(self) -> dict[str, Any]:
+        """The JSON document of ``/api/understood``. A bound that does not exist is null."""
+        clearance = None
+        if self.rule is not None:
+            clearance = {
+                "relevant": list(self.rule.relevant),
+                "uninformed": list(self.rule.uninformed),
+                "value": dict(self.rule.value),
+                "interval": {
+                    s: [b if math.isfinite(b) else None for b in ends]
+                    for s, ends in self.rule.interval.items()
+                },
+            }
+        return {
+            "type": self.type,
+            "accepted": self.accepted,
+            "rejected": self.rejected,
+            "unsaid": self.unsaid,
+            "sentence": self.sentence,
+            "clearance": clearance,
+            "probability": dict(self.probability),
+            "conflicts": [
+                {"demo_id": c.demo_id, "against": list(c.against)} for c in self.conflicts
+            ],
+        }
+
+
+class Memory:
+    """The last understandings of one tab, each learned once, whoever asks, from any thread.
+
+    A stroke teaches nothing until it is judged, undo leads back to what was known, and a
+    verdict may be known before it comes (`TeachState.foresee`).
+    """
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._known: OrderedDict[Hashable, Future[Understood]] = OrderedDict()
+
+    def of(self, basis: Hashable, learn: Callable[[], Understood]) -> Understood:
+        """What was learned from that basis; waits where another thread is learning it."""
+        with self._lock:
+            mine = basis not in self._known
+            found = self._known.setdefault(basis, Future())
+            self._known.move_to_end(basis)
+            while len(self._known) > _REMEMBERED:
+                self._known.popitem(last=False)
+        if mine:
+            try:
+                found.set_result(learn())
+            except BaseException as error:
+                found.set_exception(error)
+                with self._lock:
+                    self._known.pop(basis, None)
+        return found.result()
+
+
+_REMEMBERED = 64
+
+
+def understand(
+    data: DemonstrationSet | None, type: str, memory: Memory | None = None
+) -> Understood:
+    """Learns the clearance rule of one type; what cannot be learned is said in the sentence.
+
+    Args:
+        data: All demonstrations as they stand, or None while there is none.
+        memory: Asked first.
+    """
+    mine = None if data is None else of_type(data, type)
+    if mine is None:
+        return Understood(type, 0, 0, 0, None, "nothing shown yet")
+    valid = mine.demonstrations.valid
+    counts = (int((valid == 1).sum()), int((valid == 0).sum()), int((valid < 0).sum()))
+    if not counts[0] + counts[1]:
+        return Understood(type, *counts, None, "nothing accepted or rejected yet")
+    found = _learned(mine, type) if memory is None else memory.of(
+        (type, *_basis(mine)), lambda: _learned(mine, type)
+    )  # fmt: skip
+    return replace(found, accepted=counts[0], rejected=counts[1], unsaid=counts[2])
+
+
+def _learned(mine: DemonstrationSet, type: str) -> Understood:
+    """All but the counts."""
+    try:
+        found = learn_rules(mine, split=None, influence=False, measure=measure, passing=passing)
+        rules = found.of_type(type)
+    except CannotJudgeError:
+        words = "the objects in these scenes are not listed, so no distance can be measured"
+        return Understood(type, 0, 0, 0, None, words)
+    except InputError as error:
+        return Understood(type, 0, 0, 0, None, f"cannot learn: {error}")
+    sure = rules.evidence.get("probability", {})
+    return Understood(
+        type, 0, 0, 0, rules.clearance, rules.sentence, sure, conflicts(mine)
+    )  # fmt: skip
+
+
+def _basis(data: DemonstrationSet) -> tuple[Hashable, ...]:
+    """Equal where the same paths have the same labels beside the same objects."""
+    d = data.demonstrations
+    judged = [
+        (str(d.demo_id[i]), str(d.scene_id[i]), int(d.valid[i]), path_digest(d.points(int(i))))
+        for i in np.flatnonzero(d.valid >= 0)
+    ]
+    named = {scene_id for _, scene_id, _, _ in judged}
+    objects = [(s.scene_id, s.objects) for s in data.scenes if s.scene_id in named]
+    sizes = [s.size_px for s in data.scenes]
+    return tuple(judged), tuple(objects), data.symbols, tuple(sizes)
+
+
+def question(data: DemonstrationSet | None, type: str, *, seed: int = 0) -> Query:
+    """The path whose label would tell most about one type, in any of the scenes.
+
+    Raises:
+        InputError: Nothing labelled yet, or no scene lists its objects.
+    """
+    mine = None if data is None else of_type(data, type)
+    if mine is None or not (mine.demonstrations.valid >= 0).any():
+        raise InputError("one accepted or rejected path first", "none", field="type")
+    return query_set(mine, type=type, pool=60, seed=seed, measure=measure)
+
+
+ANSWERS_A_BIT = 3.0
+"""Answers that one bit of doubt took in simulated teaching: the best question tells nearly one
+bit at first and ever less, and what it was about may turn out to be another class of object."""
+
+
+def how_many_more(query: Query, found: Understood) -> str:
+    """What to show next, or how many more answers would help, in words.
+
+    `Query.total` counts rules whose clearances differ by a quarter of a hundredth of the table;
+    once four are left, each clearance is known to about a hundredth.
+    """
+    if not found.rejected:
+        return "Next, show a path that comes too near, and reject it."
+    if not found.accepted:
+        return "Next, show a path that is far enough, and accept it."
+    if query.status == "settled" or not query.total or query.bits <= 0 or query.total <= 4:
+        return "Enough: further paths would tell little."
+    missing = math.log2(query.total) - 2.0
+    more = math.ceil(ANSWERS_A_BIT * missing)
+    answers = "One more answer" if more == 1 else f"About {more} more answers"
+    return f"{answers} would settle it."
+
+
+def of_type(data: DemonstrationSet, type: str) -> DemonstrationSet | None:
+    """The demonstrations of one type, all scenes to learn from; None where there are none."""
+    rows = np.flatnonzero(data.demonstrations.type == type)
+    if not len(rows):
+        return None
+    return replace(
+        data,
+        scenes=tuple(replace(s, split="train") for s in data.scenes),
+        demonstrations=data.demonstrations.rows(rows),
+    )
+
+
+def conflicts(data: DemonstrationSet) -> tuple[Conflict, ...]:
+    """Rejections that no clearance rule explains beside the acceptances, exactly.
+
+    A rule's clearance c_k ≥ 0 can be at most what every accepted path keeps. A rejected path
+    is explained iff it came nearer than that to some k; so it is not iff, for each k that it
+    passed, some accepted path came at least as near (or itself overlapped k).
+    """
+    d = data.demonstrations
+    near = np.full((len(d), len(data.symbols)), np.inf)
+    for scene_id, rows in data.rows_by_scene().items():
+        scene = data.scene(scene_id)
+        if scene.objects is not None:
+            near[rows] = measure(scene, d.paths_xy(rows), data.symbols)
+        else:
+            near[rows] = np.nan
+    seen = ~np.isnan(near).any(axis=1)
+    good = np.flatnonzero((d.valid == 1) & seen)
+    if not len(good):
+        return ()
+    least = near[good].min(axis=0)
+    who = good[near[good].argmin(axis=0)]
+    found = []
+    for row in np.flatnonzero((d.valid == 0) & seen):
+        explained = (near[row] < least) & (least >= 0)
+        if explained.any():
+            continue
+        # A path that passed nothing is contradicted by no one path, but by having no reason.
+        passed = np.flatnonzero(np.isfinite(near[row]))
+        against = sorted({int(who[k]) for k in passed if near[who[k], k] <= near[row, k]})
+        names = tuple(str(d.demo_id[i]) for i in _fewest(near, int(row), passed, good, against))
+        found.append(Conflict(str(d.demo_id[row]), names))
+    return tuple(found)
+
+
+def culprits(found: Sequence[Conflict]) -> list[tuple[Conflict, ...]]:
+    """Conflicts as they are to be asked about, those that explain most first.
+
+    An accepted path that alone contradicts three rejections or more is likelier to be wrong
+    than all of those: its conflicts are one question. Any other conflict is one of its own.
+    """
+    groups: dict[Hashable, list[Conflict]] = {}
+    for conflict in found:
+        groups.setdefault(conflict.against if len(conflict.against) == 1 else conflict, []).append(
+            conflict
+        )
+    asked: list[tuple[Conflict, ...]] = []
+    for group in groups.values():
+        asked += [tuple(group)] if len(group) >= 3 else [(one,) for one in group]
+    return sorted(asked, key=len, reverse=True)
+
+
+def _fewest(near: Any, row: int, passed: Any, good: Any, nearest: list[int]) -> list[int]:
+    """One accepted path that came as near to all of `passed` says more than several."""
+    alone = [int(i) for i in good if (near[i, passed] <= near[row, passed]).all()]
+    return alone[:1] or nearest
