@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from demospec.demonstrations._trajectory import Demonstrations
 from demospec.errors import InputError
+from demospec.geometry import extent, path_bounds
 from demospec.scene import Scene
 
 
@@ -54,6 +55,22 @@ class DemonstrationSet:
     def scene_index(self) -> dict[str, int]:
         """Scene id → position in `scenes`."""
         return {scene.scene_id: i for i, scene in enumerate(self.scenes)}
+
+    @cached_property
+    def length_scale(self) -> float:
+        """The size of the set's scenes, set units: tolerances and priors are shares of it.
+
+        Of each scene the longer side of the box around its objects, start, goal and paths; of
+        several scenes the median. It does not depend on the unit, on the picture, or on how
+        densely a path is sampled.
+        """
+        box = np.array([scene.bounds for scene in self.scenes])
+        d = self.demonstrations
+        own = path_bounds(d.flat, d.offsets)
+        at = np.array([self.scene_index[name] for name in d.scene_id], dtype=np.int64)
+        np.minimum.at(box[:, :2], at, own[:, :2])
+        np.maximum.at(box[:, 2:], at, own[:, 2:])
+        return float(np.median([extent((a, b, c, d)) for a, b, c, d in box.tolist()]))
 
     def scene(self, scene_id: str) -> Scene:
         """The scene of that id; InputError lists some of those there are."""

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from demospec.errors import CannotJudgeError, InputError
-from demospec.geometry import Disc, Footprint, Polygon, rectangle
+from demospec.geometry import Bounds, Disc, Footprint, Polygon, bounds_of, extent, rectangle
 from demospec.scene._plain_png import plain_png_size
 from demospec.scene._upright import upright, upright_size
 from demospec.scene._whole import is_truncated
@@ -250,6 +250,18 @@ class Scene:
     def size_px(self) -> tuple[int, int] | None:
         """(width, height) of the picture, or None without one."""
         return None if self.picture is None else self.picture.size_px
+
+    @property
+    def bounds(self) -> Bounds:
+        """Box around the objects' footprints, start and goal, set units."""
+        found = bounds_of([self.start[:2], self.goal[:2]], [o.outline for o in self.objects or ()])
+        assert found is not None
+        return found
+
+    @property
+    def length_scale(self) -> float:
+        """The longer side of `bounds`, set units: the scene's size, whatever the unit."""
+        return extent(self.bounds)
 
     def listed_objects(self) -> tuple[SceneObject, ...]:
         """The objects; CannotJudgeError where the scene does not list them."""
