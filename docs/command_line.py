@@ -16,6 +16,7 @@ def reference() -> str:
     from typer.main import get_command
 
     from demospec.cli._app import build_app
+    from demospec.cli._groups import EXAMPLES
 
     parts: list[str] = []
 
@@ -25,11 +26,15 @@ def reference() -> str:
         parts.append(f"## {name.removeprefix('demospec ')}\n")
         parts.append(_plain(inspect.cleandoc(command.help or "")) + "\n")
         parts.append(f"```\n{' '.join(usage.split())}\n```\n")
-        records = [p.get_help_record(context) for p in command.params]
+        shown = [p for p in command.params if not getattr(p, "hidden", False)]
+        records = [p.get_help_record(context) for p in shown]
         if any(records):
             parts.append("| argument or option | |\n|---|---|")
             parts.extend(_row(*record) for record in records if record)
             parts.append("")
+        if name.removeprefix("demospec ") in EXAMPLES:
+            lines = EXAMPLES[name.removeprefix("demospec ")]
+            parts.append("\n".join(["```bash", *lines, "```", ""]))
         for each in getattr(command, "commands", {}).values():
             describe(each, f"{name} {each.name}")
 

@@ -10,6 +10,7 @@ import pytest
 
 from demospec.cli import main
 from demospec.cli._app import COMMANDS
+from demospec.cli._groups import GROUPS
 
 
 def run(*arguments: str) -> tuple[int, str, str]:
@@ -37,7 +38,8 @@ def test_help_cuts_no_sentence_off(
     assert all(len(line) <= 80 for line in told.splitlines())
     assert "..." not in told.split("Commands:")[1]
     listed = " ".join(told.split("Commands:")[1].split())
-    whole = "flips every label that is to be reviewed." if arguments else "what the others follow."
+    assert all(title in listed for title, _ in ([] if arguments else GROUPS))
+    whole = "flips every label to be reviewed." if arguments else "the rule of the others."
     assert whole in listed
 
 
@@ -51,12 +53,14 @@ def test_every_option_says_what_it_does(command: str) -> None:
     known = get_command(build_app()).commands[command]  # type: ignore[attr-defined]
     context = Context(known, info_name=command)
     for parameter in known.params:
+        if getattr(parameter, "hidden", False):
+            continue
         name, words = parameter.get_help_record(context)
         assert words.split("[")[0].strip(), name
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-def test_every_command_has_help_and_takes_seed_and_json(
+def test_every_command_has_help_with_examples_and_takes_json(
     command: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with pytest.raises(SystemExit) as stop:
@@ -65,13 +69,17 @@ def test_every_command_has_help_and_takes_seed_and_json(
     told = capsys.readouterr().out
     assert "Usage:" in told
     if command != "edit":  # a group of commands
-        assert "--seed " in told
-        assert "--json " in told or command == "studio"  # a page, not an answer
+        assert "--json " in told
+    examples = told.split("Examples:")[1].split("\n")
+    assert sum(f"demospec {command} " in f"{line} " for line in examples) == 3
 
 
-def test_a_seed_is_passed_by_where_nothing_is_random(
+def test_a_seed_without_effect_is_taken_and_not_in_the_help(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    with pytest.raises(SystemExit):
+        main(["check", "--help"])
+    assert "--seed" not in capsys.readouterr().out
     with pytest.raises(SystemExit) as stop:
         main(["check", str(tmp_path), "--seed", "7", "--json"])
     said = capsys.readouterr().err

@@ -12,6 +12,7 @@ import pytest
 
 from demospec.cli import main
 from demospec.cli._app import COMMANDS, build_app
+from demospec.cli._groups import EXAMPLES
 from demospec.files import read_json
 
 ROOT = Path(__file__).parents[2]
@@ -37,7 +38,18 @@ def commands() -> dict[str, Any]:
 
 @pytest.mark.parametrize("page", PAGES, ids=[p.name for p in PAGES])
 def test_commands_and_options_exist(page: Path) -> None:
-    for line in lines_of(page):
+    check(lines_of(page))
+
+
+def test_the_examples_of_the_help_name_what_exists() -> None:
+    assert set(EXAMPLES) == set(COMMANDS)
+    check([line for lines in EXAMPLES.values() for line in lines])
+
+
+def check(lines: list[str]) -> None:
+    """Every command line names a command and options that exist."""
+    for line in lines:
+        line = line.partition(" | ")[0]
         words = [w for w in shlex.split(line, comments=True)[1:] if w not in ("…", "...")]
         if words[0] in ("--help", "--version") or not words[0].islower():
             continue  # `demospec COMMAND …`

@@ -16,21 +16,15 @@ from typing import Annotated, Any
 import typer
 
 from demospec.cli._common import FullSentences
+from demospec.cli._groups import COMMANDS, GROUPS, epilog
 from demospec.errors import DemospecError
-
-COMMANDS = (
-    "demo", "simulate", "check", "audit", "convert", "edit", "detect", "pretrain", "fit", "predict",
-    "evaluate", "identify", "sample", "scenes", "repair", "causes", "rules", "query", "plan",
-    "export", "execute", "studio", "reproduce", "report",
-)  # fmt: skip
-"""Every command, in the order of the flow; `demospec.cli._NAME.NAME` is its function."""
 
 
 def build_app(names: Sequence[str] = COMMANDS) -> typer.Typer:
     """The Typer application with the commands `names`."""
     app = typer.Typer(
         name="demospec",
-        cls=FullSentences,
+        cls=Grouped,
         help="Turn robot demonstrations into specifications that people can read, check and "
         "plan with.",
         no_args_is_help=True,
@@ -40,12 +34,13 @@ def build_app(names: Sequence[str] = COMMANDS) -> typer.Typer:
         context_settings={"help_option_names": ["-h", "--help"]},
     )
     for name in names:
-        module = importlib.import_module(f"demospec.cli._{name}")
+        function = name.replace("-", "_")
+        module = importlib.import_module(f"demospec.cli._{function}")
         register = getattr(module, "register", None)
         if register is not None:  # a command with subcommands
-            register(app)
+            register(app, epilog(name))
         else:
-            app.command(name)(_with_seed(getattr(module, name)))
+            app.command(name, epilog=epilog(name))(_with_seed(getattr(module, function)))
 
     @app.callback(invoke_without_command=True)
     def version(
@@ -60,8 +55,21 @@ def build_app(names: Sequence[str] = COMMANDS) -> typer.Typer:
     return app
 
 
+class Grouped(FullSentences):
+    """The commands under the titles of `GROUPS`, in their order."""
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        width = max(len(name) for name in COMMANDS)
+        with formatter.section("Commands"):
+            for title, names in GROUPS:
+                known = [(name, self.get_command(ctx, name)) for name in names]
+                rows = [(n.ljust(width), c.get_short_help_str(10_000)) for n, c in known if c]
+                with formatter.section(title):
+                    formatter.write_dl(rows)
+
+
 def _with_seed(function: Callable[..., None]) -> Callable[..., None]:
-    """The command with a `--seed`, so that a script may pass one to every command."""
+    """The command with a hidden `--seed`: a script may pass one to every command."""
     if "seed" in function.__annotations__:
         return function
 
@@ -69,7 +77,7 @@ def _with_seed(function: Callable[..., None]) -> Callable[..., None]:
         function(**arguments)
 
     signature = inspect.signature(function, eval_str=True)
-    option = typer.Option("--seed", min=0, help="Taken and not used: nothing here is random.")
+    option = typer.Option("--seed", min=0, hidden=True, help="No effect: nothing here is random.")
     extra = inspect.Parameter(
         "seed", inspect.Parameter.KEYWORD_ONLY, default=0, annotation=Annotated[int, option]
     )

@@ -27,22 +27,27 @@ def audit(
         str | None,
         typer.Option(
             "--model",
-            help="A second opinion: field, paper or irl, fitted without each demonstration.",
+            help="Second opinion: field, paper or irl, fitted without the demonstration.",
         ),
     ] = None,
-    folds: Annotated[int, typer.Option("--folds", min=2, help="For --model: how many fits.")] = 5,
+    folds: Annotated[
+        int,
+        typer.Option(
+            "--folds", min=2, help="For --model: number of fits (cross-validation folds)."
+        ),
+    ] = 5,
     picture: Annotated[
-        Path | None, typer.Option("--picture", help="Write a strip of the suspicious ones (PNG).")
+        Path | None, typer.Option("--picture", help="Draw the demonstrations to review (PNG).")
     ] = None,
     seed: Seed = 0,
     json: Json = False,
     out: Out = None,
 ) -> None:
-    """Find demonstrations whose label contradicts what the others follow.
+    """Find demonstrations whose label contradicts the rule of the others.
 
-    The judge is the clearance rule that the other demonstrations of the type support, over the
-    listed objects, else over what the pictures show; with --model also the surprise of a model
-    that has not seen the demonstration.
+    Each label is compared with the clearance rule that the other demonstrations of the type
+    support. Distances are to the listed objects, else to the objects detected in the picture.
+    --model adds how improbable the label is under a model fitted without the demonstration.
     """
     from demospec.demonstrations import DemonstrationSet, ValidityModel, read_set
     from demospec.specification import audit_set, fit_model

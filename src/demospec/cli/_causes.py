@@ -35,20 +35,23 @@ def causes(
     json: Json = False,
     out: Out = None,
     table: Annotated[
-        Path | None, typer.Option("--table", help="Write every intervention there (Parquet).")
+        Path | None,
+        typer.Option("--table", help="Write one row per path and intervention (Parquet)."),
     ] = None,
     picture: Annotated[
-        Path | None, typer.Option("--picture", help="Draw effects and graph there (PNG).")
+        Path | None, typer.Option("--picture", help="Draw the effects and the causal graph (PNG).")
     ] = None,
     placements: Annotated[int, typer.Option(min=1, help="Places tried per scene.")] = 3,
-    draws: Annotated[int, typer.Option(min=1, help="Paths (z_theta) judged per scene.")] = 100,
+    draws: Annotated[
+        int, typer.Option(min=1, help="Paths (control points z_theta) per scene.")
+    ] = 100,
     minimum_effect: Annotated[
-        float, typer.Option(min=0, max=1, help="Smallest change of p(valid) called causal.")
+        float, typer.Option(min=0, max=1, help="Least change of p(valid) that is called causal.")
     ] = 0.05,
     symbols: Words = None,
     types: Words = None,
     interventions: Annotated[
-        str, typer.Option(help="Some of add,remove,move,swap, comma-separated.")
+        str, typer.Option(help="Comma-separated, from add, remove, move and swap.")
     ] = "add",
     split: Annotated[
         Literal["train", "test", "all"], typer.Option(help="Which scenes of the set.")
@@ -65,7 +68,10 @@ def causes(
         str | None, typer.Option(help="builtin or sweethome3d; default: the set's own.")
     ] = None,
     hide_lists: Annotated[
-        bool, typer.Option("--hide-lists", help="The model sees changed pictures only.")
+        bool,
+        typer.Option(
+            "--hide-lists", help="Hide the object lists: the model sees the changed pictures only."
+        ),
     ] = False,
     rules: Annotated[
         str | None,
@@ -73,7 +79,7 @@ def causes(
     ] = None,
     relevant_rules: Annotated[
         Path | None,
-        typer.Option(help="Write the rules of --rules cut to what is causal there (for `plan`)."),
+        typer.Option(help="Write the rules of --rules without the symbols that have no effect."),
     ] = None,
     outcome: Annotated[
         Literal["probability", "verdict"],
@@ -83,7 +89,7 @@ def causes(
     cluster: Cluster = None,
     seed: Seed = 0,
 ) -> None:
-    """Find out which objects matter to which type: add each kind, ask the model again.
+    """Estimate which objects cause rejection, by interventions on the scenes.
 
     A cell is causal (*) where its p-value, corrected over all cells, is below 0.05 and the
     change of p(valid) is at least the minimum effect. The placebo moves bare table and must

@@ -18,9 +18,9 @@ from demospec.errors import InputError
 
 
 def check(set_folder: SetFolder, json: Json = False, out: Out = None) -> None:
-    """Say everything that is wrong or odd about a demonstration set.
+    """List every error and every oddity of a demonstration set.
 
-    Errors make the set unreadable (exit status 2); warnings do not (exit status 0).
+    An error makes the set unreadable (exit status 2); a warning does not (exit status 0).
     """
     from demospec.demonstrations import check_set
 

@@ -1,4 +1,4 @@
-"""What commands share: options, JSON on stdout, tables for people, a bar for long work."""
+"""Shared options of the commands, output as JSON or table, progress bars."""
 
 from __future__ import annotations
 
@@ -15,15 +15,17 @@ from typer.core import TyperGroup
 
 from demospec.progress import Progress
 
-Json = Annotated[bool, typer.Option("--json", help="One JSON document on stdout.")]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout.")]
 Seed = Annotated[int, typer.Option("--seed", min=0, max=2**31 - 1, help="Random seed.")]
-Out = Annotated[Path | None, typer.Option("--out", help="Write the result there.")]
-OutFolder = Annotated[Path, typer.Option("--out", help="Folder to make.")]
-Force = Annotated[bool, typer.Option("--force", help="Replace what is there.")]
-Workers = Annotated[int, typer.Option("--workers", min=1, help="Processes of this machine.")]
+Out = Annotated[Path | None, typer.Option("--out", help="File to write the result to (JSON).")]
+OutFolder = Annotated[Path, typer.Option("--out", help="Folder to write.")]
+Force = Annotated[bool, typer.Option("--force", help="Overwrite an existing output.")]
+Workers = Annotated[int, typer.Option("--workers", min=1, help="Worker processes on this machine.")]
 Cluster = Annotated[
     str | None,
-    typer.Option("--cluster", metavar="ADDRESS", help="A Dask scheduler, such as tcp://HOST:8786."),
+    typer.Option(
+        "--cluster", metavar="ADDRESS", help="Dask scheduler to use, such as tcp://HOST:8786."
+    ),
 ]
 SetFolder = Annotated[Path, typer.Argument(metavar="SET", help="A demonstration set (folder).")]
 ModelPath = Annotated[
@@ -84,7 +86,7 @@ def say(message: str) -> None:
 def print_table(
     title: str, header: Sequence[str], rows: Sequence[Sequence[Any]], note: str = ""
 ) -> None:
-    """A table on stdout; numbers right-aligned."""
+    """A table on stdout, numbers right-aligned; without rows only title and note."""
     from rich import box
     from rich.console import Console
     from rich.table import Table
@@ -99,7 +101,8 @@ def print_table(
     console = Console(highlight=False, width=None if sys.stdout.isatty() else 120)
     if title:  # not the table's own title, which would wrap at the table's width
         console.print(Text(title))
-    console.print(table)
+    if rows:
+        console.print(table)
     if note:
         console.print(Text(note))
 

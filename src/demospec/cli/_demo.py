@@ -1,4 +1,4 @@
-"""`demospec demo`: the whole way, once, on a simulated set."""
+"""`demospec demo`: every step of the pipeline on a simulated set."""
 
 from __future__ import annotations
 
@@ -22,14 +22,17 @@ from demospec.cli._common import (
 
 
 def demo(
-    out: Annotated[Path, typer.Option("--out", help="Run folder to make or to resume.")],
+    out: Annotated[Path, typer.Option("--out", help="Run folder to write or to resume.")],
     catalogue: Annotated[
         str, typer.Option("--catalogue", help="builtin, or sweethome3d (Debian package).")
     ] = "builtin",
     seed: Seed = 0,
     json: Json = False,
 ) -> None:
-    """Simulate demonstrations and go the whole way to a report. Resumes an earlier run."""
+    """Run every step once on simulated demonstrations, up to the report.
+
+    Resumes an earlier run in the same folder.
+    """
     one_thread()
     from demospec.files import read_json
     from demospec.pipeline import DemoSettings, run_demo
@@ -58,7 +61,7 @@ def demo(
                 cells.append("one class" if value is None else f"{100 * value:.0f} %")
         cells.append(f"{sum(p['true_obeys'] for p in mine)} / {len(mine)}")
         rows.append(cells)
-    header = ["type", "what was understood"]
+    header = ["type", "rule learned"]
     header += [f"{model}, {which}" for model in accuracy for which in ("seen", "unseen")]
     header.append("plans that keep the true rule")
     note = (

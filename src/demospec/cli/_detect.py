@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from demospec.cli._common import Force, Json, Out, print_json, print_table, save_json, say
+from demospec.cli._common import Force, Json, print_json, print_table, save_json, say
 
 if TYPE_CHECKING:
     from demospec.perception import Body, SymbolHead
@@ -21,29 +21,34 @@ def detect(
     ],
     named: Annotated[
         Path | None,
-        typer.Option("--set", metavar="SET", help="Learn the symbols from this set's lists."),
+        typer.Option(
+            "--set", metavar="SET", help="Learn the symbols from the object lists of this set."
+        ),
     ] = None,
-    out: Out = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", help="JSON file, or folder of a new set, to write.")
+    ] = None,
     overlay: Annotated[
-        Path | None, typer.Option("--overlay", help="Draw what was seen there (PNG).")
+        Path | None, typer.Option("--overlay", help="Draw the detected objects (PNG).")
     ] = None,
     scene_id: Annotated[
         str | None, typer.Option("--scene", help="The scene of a set to draw (default: first).")
     ] = None,
     least: Annotated[
-        float, typer.Option("--least", min=0, max=1, help="Least confidence that it is there.")
+        float, typer.Option("--least", min=0, max=1, help="Least confidence of an object.")
     ] = 0.5,
     body: Annotated[
-        Path | None, typer.Option("--body", help="Weights of `demospec pretrain`.")
+        Path | None,
+        typer.Option("--body", help="Weights of the distance network (from `demospec pretrain`)."),
     ] = None,
     force: Force = False,
     json: Json = False,
 ) -> None:
-    """See the objects in a picture, or in every picture of a set.
+    """Detect the objects in a picture, or in every picture of a set.
 
     A picture gives JSON {"objects": [...]} in the set format. A set gives a new set (--out a
-    folder) whose scenes list what is seen in place of what was listed; or JSON (--out a
-    .json). Without --set the symbols are generic words: flat, hollow, clear, long, tool, block,
+    folder) whose scenes list the detected objects in place of the listed ones; or JSON (--out
+    a .json). Without --set the symbols are generic words: flat, hollow, clear, long, tool, block,
     round. A set that lists objects in training scenes names its own test scenes.
     """
     from demospec.demonstrations import read_set
@@ -159,5 +164,5 @@ def _print(
     header = ["object", "symbol", "x px", "y px", "width px", "height px", "confidence"]
     if scenes and scenes[0][0] is not None:
         header = ["scene", *header]
-    note = "" if named else "Symbols are generic words; --set SET names them as a set does."
-    print_table(f"{title}: {len(rows)} objects seen", header, rows, note=note)
+    note = "" if named else "Symbols are generic words; --set SET uses the symbols of a set."
+    print_table(f"{title}: {len(rows)} objects detected", header, rows, note=note)

@@ -24,16 +24,18 @@ if TYPE_CHECKING:
 
 Sets = Annotated[list[Path], typer.Argument(metavar="SET…", help="Demonstration sets (folders).")]
 AuditFile = Annotated[
-    Path | None, typer.Option("--audit", help="JSON of `demospec audit`: those to review.")
+    Path | None,
+    typer.Option("--audit", help="JSON of `demospec audit`: its demonstrations to review."),
 ]
 
 
-def register(app: typer.Typer) -> None:
+def register(app: typer.Typer, epilog: str | None = None) -> None:
     """Adds the command with its subcommands."""
     edit = typer.Typer(
         name="edit",
         cls=FullSentences,
-        help="Make a new set from others: the inputs stay as they are, byte for byte.",
+        help="Merge, split, relabel, drop, crop, rescale or trim, always into a new set.",
+        epilog=epilog,
         no_args_is_help=True,
         rich_markup_mode=None,
         context_settings={"help_option_names": ["-h", "--help"]},
@@ -44,7 +46,7 @@ def register(app: typer.Typer) -> None:
 
 
 def merge(sets: Sets, out: OutFolder, json: Json = False, force: Force = False) -> None:
-    """All scenes and demonstrations of several sets; ids that clash get the set's name."""
+    """Join several sets; an id that two of them use gets the name of its set."""
     from demospec.demonstrations import edit, read_set
 
     data = edit.merge([read_set(s) for s in sets], [s.name for s in sets])
@@ -56,13 +58,16 @@ def split(
     out: OutFolder,
     test_share: Annotated[
         float | None,
-        typer.Option("--test-share", help="Share of the scenes for test; else as they are marked."),
+        typer.Option(
+            "--test-share",
+            help="Share of scenes for test, 0 to 1; default: the split of each scene.",
+        ),
     ] = None,
     seed: Seed = 0,
     json: Json = False,
     force: Force = False,
 ) -> None:
-    """The set in parts by scene: OUT/train, OUT/test, …"""
+    """Write the set in parts by scene: OUT/train, OUT/test, …"""
     from demospec.demonstrations import edit, read_set
     from demospec.files import writing_folder
 
@@ -92,13 +97,16 @@ def relabel(
     set_folder: SetFolder,
     out: OutFolder,
     valid: Annotated[
-        list[str] | None, typer.Option("--valid", help="DEMO_ID: accepted. Repeat for more.")
+        list[str] | None,
+        typer.Option("--valid", help="DEMO_ID to label accepted; may be repeated."),
     ] = None,
     invalid: Annotated[
-        list[str] | None, typer.Option("--invalid", help="DEMO_ID: rejected. Repeat for more.")
+        list[str] | None,
+        typer.Option("--invalid", help="DEMO_ID to label rejected; may be repeated."),
     ] = None,
     flip: Annotated[
-        list[str] | None, typer.Option("--flip", help="DEMO_ID: the other label.")
+        list[str] | None,
+        typer.Option("--flip", help="DEMO_ID whose label is reversed; may be repeated."),
     ] = None,
     labels: Annotated[
         Path | None,
@@ -108,7 +116,7 @@ def relabel(
     json: Json = False,
     force: Force = False,
 ) -> None:
-    """Other labels, types or demonstrators; --audit flips every label that is to be reviewed."""
+    """Change labels, types or demonstrators; --audit flips every label to be reviewed."""
     from demospec.demonstrations import edit, read_set, readers
 
     changes: dict[str, dict[str, Any]] = {}
@@ -129,21 +137,29 @@ def drop(
     set_folder: SetFolder,
     out: OutFolder,
     demonstration: Annotated[
-        list[str] | None, typer.Option("--demonstration", help="DEMO_ID. Repeat for more.")
+        list[str] | None,
+        typer.Option("--demonstration", help="DEMO_ID to leave out; may be repeated."),
     ] = None,
     scene: Annotated[
-        list[str] | None, typer.Option("--scene", help="SCENE_ID, with its demonstrations.")
+        list[str] | None,
+        typer.Option("--scene", help="Scene to leave out, with its demonstrations."),
     ] = None,
     type: Annotated[
-        list[str] | None, typer.Option("--type", help="User type, with its demonstrations.")
+        list[str] | None,
+        typer.Option("--type", help="Type of user to leave out, with its demonstrations."),
     ] = None,
-    unlabelled: Annotated[bool, typer.Option("--unlabelled", help="Those without label.")] = False,
-    duplicates: Annotated[bool, typer.Option("--duplicates", help="All but the first.")] = False,
+    unlabelled: Annotated[
+        bool, typer.Option("--unlabelled", help="Leave out demonstrations without label.")
+    ] = False,
+    duplicates: Annotated[
+        bool,
+        typer.Option("--duplicates", help="Leave out repeated demonstrations, but for the first."),
+    ] = False,
     audit: AuditFile = None,
     json: Json = False,
     force: Force = False,
 ) -> None:
-    """Without some demonstrations; --audit leaves out all that are to be reviewed."""
+    """Leave demonstrations out; --audit leaves out all that are to be reviewed."""
     from demospec.demonstrations import edit, read_set
 
     names = [*(demonstration or ()), *_to_review(audit)]
@@ -162,7 +178,7 @@ def crop(
     json: Json = False,
     force: Force = False,
 ) -> None:
-    """Pictures cut to a box; points and objects move with it."""
+    """Cut the pictures to a box; points and objects move with it."""
     from demospec.demonstrations import edit, read_set
 
     try:
@@ -178,11 +194,13 @@ def rescale(
     set_folder: SetFolder,
     out: OutFolder,
     factor: Annotated[
-        float | None, typer.Option("--factor", help="Every length times this.")
+        float | None, typer.Option("--factor", help="Multiply every length by this number.")
     ] = None,
     metres_per_unit: Annotated[
         float | None,
-        typer.Option("--metres-per-unit", help="The scale to reach; the set must have one."),
+        typer.Option(
+            "--metres-per-unit", help="Scale to reach, metres per unit; the set must have one."
+        ),
     ] = None,
     units: Annotated[
         str | None, typer.Option("--units", help="New name of the unit, such as px.")
@@ -190,7 +208,7 @@ def rescale(
     json: Json = False,
     force: Force = False,
 ) -> None:
-    """Points, objects and pictures larger or smaller; metres per unit follow."""
+    """Change the scale of points, objects and pictures; metres_per_unit follows."""
     from demospec.demonstrations import edit, read_set
 
     data = read_set(set_folder)
@@ -209,7 +227,7 @@ def rescale(
 
 
 def trim(set_folder: SetFolder, out: OutFolder, json: Json = False, force: Force = False) -> None:
-    """Paths without standing still at their ends."""
+    """Cut the standstill off both ends of every path."""
     from demospec.demonstrations import edit, read_set
 
     data = edit.trim(read_set(set_folder))

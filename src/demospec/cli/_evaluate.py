@@ -27,12 +27,15 @@ def evaluate(
     ] = None,
     truth: Annotated[
         Path | None,
-        typer.Option("--truth", help="Rule file that made the labels: scores far ones apart."),
+        typer.Option(
+            "--truth",
+            help="Rule file that made the labels: paths far from its boundary are scored apart.",
+        ),
     ] = None,
     json: Json = False,
     out: Out = None,
 ) -> None:
-    """Compare a model's verdicts with the labels of a set, per user type."""
+    """Compare the verdicts of a model with the labels of a set, by type of user."""
     from demospec.cli._predict import say_unjudged
     from demospec.demonstrations import read_set
     from demospec.specification import evaluate as evaluate_model

@@ -10,7 +10,7 @@ from demospec.cli._common import Force, Json, OutFolder, Seed, SetFolder, print_
 
 Setting = Annotated[
     list[str] | None,
-    typer.Option("--set", metavar="NAME=VALUE", help="A setting of the model; may be repeated."),
+    typer.Option("--set", metavar="NAME=VALUE", help="Setting of the model; may be repeated."),
 ]
 
 
@@ -22,7 +22,7 @@ def fit(
     ] = "field",
     split: Annotated[
         str,
-        typer.Option("--split", help="Fit on the scenes of this split (where the set has it)."),
+        typer.Option("--split", help="Fit on the scenes of this split, where the set has it."),
     ] = "train",
     settings: Setting = None,
     members: Annotated[
@@ -31,26 +31,26 @@ def fit(
             "--members",
             min=1,
             max=100,
-            help="Fit so many models that differ by chance; `predict` then tells their spread.",
+            help="Members of an ensemble; `predict` then adds their standard deviation.",
         ),
     ] = 1,
     fine_tune: Annotated[
         bool | None,
         typer.Option(
             "--fine-tune/--no-fine-tune",
-            help="field: tune the body on the training scenes' outlines first (about a minute "
-            "for 20 scenes; without it, seconds).",
+            help="field: tune the distance network on the outlines of the training scenes first "
+            "(about a minute for 20 scenes; without it, seconds).",
         ),
     ] = None,
     seed: Seed = 0,
     force: Force = False,
     json: Json = False,
 ) -> None:
-    """Fit a specification model to the labelled demonstrations of a set's training scenes.
+    """Fit a specification model to the labelled demonstrations of the training scenes.
 
     Settings of field: fine_tune, use_lists, device. Settings of paper: device, precision (float32,
     bfloat16), ablation (full, autoencoder, classifier), alpha, beta, gamma, steps, learning_rate,
-    order. Settings of irl: l2, grid. A device (cpu, cuda) is where it trains; irl needs none.
+    order. Settings of irl: l2, grid. The device (cpu or cuda) is that of training.
     """
     from demospec.cli._common import say
     from demospec.demonstrations import read_set
@@ -77,7 +77,7 @@ def fit(
     if json:
         print_json(document)
     else:
-        say("evaluate it on demonstrations that it has not seen:  demospec evaluate MODEL SET")
+        say("evaluate it on demonstrations outside the fit:  demospec evaluate MODEL SET")
 
 
 def parsed_setting(text: str) -> tuple[str, object]:

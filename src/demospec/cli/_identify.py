@@ -16,9 +16,9 @@ from demospec.cli._common import (
 
 
 def identify(model: ModelPath, set_folder: SetFolder, json: Json = False, out: Out = None) -> None:
-    """Tell the user type of every demonstrator of a set. Never reads the types.
+    """Identify the type of user of every demonstrator, without reading the types.
 
-    Demonstrations that name no demonstrator are judged together, as one. "None of these" where
+    Demonstrations without a demonstrator are taken together. The answer is "none of these" where
     no type of the model explains the paths.
     """
     from demospec.cli._predict import say_unjudged

@@ -41,24 +41,24 @@ def predict(
         typer.Option(
             "--conformal",
             metavar="ALPHA",
-            help="Add a verdict (valid, invalid, either) that is wrong at most this often in a "
-            "new scene; needs --calibrate.",
+            help="Add a verdict (valid, invalid, either) with at most this error rate in a new "
+            "scene, 0 to 1; needs --calibrate.",
         ),
     ] = None,
     calibrate: Annotated[
         Path | None,
-        typer.Option("--calibrate", help="Labelled set of scenes the model was not fitted to."),
+        typer.Option("--calibrate", help="Labelled set of scenes outside the fit."),
     ] = None,
     workers: Workers = 1,
     cluster: Cluster = None,
     json: Json = False,
     out: Out = None,
 ) -> None:
-    """Judge every demonstration of a set: p(valid) for its type. Never reads the labels.
+    """Predict p(valid) of every demonstration for its type, without reading the labels.
 
     A demonstration without type gets one entry for each type of the model. p_valid is null
     where the model cannot judge (a rule on a scene that lists no objects). An ensemble adds
-    p_valid_sd, the spread of its members' p(valid).
+    p_valid_sd, the standard deviation of its members.
     """
     from demospec.demonstrations import count_rows, read_set
     from demospec.errors import InputError

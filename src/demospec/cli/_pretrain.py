@@ -1,4 +1,4 @@
-"""`demospec pretrain`: the recipe of the body that looks at pictures."""
+"""`demospec pretrain`: training of the distance network (backbone)."""
 
 from __future__ import annotations
 
@@ -15,27 +15,30 @@ def pretrain(
     out: Annotated[Path, typer.Option("--out", help="Weights to write (.safetensors).")],
     steps: Annotated[
         int,
-        typer.Option(min=0, help="Optimiser steps; 0 with --init: only refit what reads slots."),
+        typer.Option(min=0, help="Optimiser steps; 0 with --init: refit the heads only."),
     ] = 11_000,
     batch: Annotated[int, typer.Option(min=2, help="Pictures a step.")] = 16,
     workers: Annotated[
-        int, typer.Option(min=0, help="Processes that paint pictures beside the training.")
+        int, typer.Option(min=0, help="Processes that draw pictures beside the training.")
     ] = 0,
     lr: Annotated[float, typer.Option(help="Peak learning rate.")] = 2.5e-3,
-    reuse: Annotated[float, typer.Option(help="How often a picture is seen on average.")] = 5.0,
+    reuse: Annotated[float, typer.Option(help="Mean number of times a picture is used.")] = 5.0,
     average: Annotated[
         float, typer.Option(help="Decay of the running average that is saved.")
     ] = 0.998,
     clear_share: Annotated[
-        float, typer.Option(help="Share of see-through vessels among the things.")
+        float, typer.Option(help="Share of see-through vessels among the objects.")
     ] = 0.17,
     rendered: Annotated[
         float, typer.Option(help="Share of pictures of meshes under a lamp; the rest is drawn.")
     ] = 0.6,
     bfloat16: Annotated[
-        bool, typer.Option("--bfloat16", help="On processors that compute in it: faster.")
+        bool,
+        typer.Option(
+            "--bfloat16", help="Compute in bfloat16: faster where the processor supports it."
+        ),
     ] = False,
-    init: Annotated[Path | None, typer.Option("--init", help="Go on from these weights.")] = None,
+    init: Annotated[Path | None, typer.Option("--init", help="Weights to start from.")] = None,
     checkpoint: Annotated[
         float, typer.Option(min=1, help="Seconds between intermediate weights.")
     ] = 180.0,
@@ -43,10 +46,10 @@ def pretrain(
     force: Force = False,
     json: Json = False,
 ) -> None:
-    """Pretrain the body on generated pictures of generic things. No labels, no data needed.
+    """Pretrain the distance network on synthetic pictures; no data and no labels are needed.
 
-    The weights are whole at any time and hold their recipe; Ctrl-C keeps those so far. Use
-    them by `FieldModel.fit(data, body=load_body(FILE))` or `demospec detect --body FILE`.
+    The weight file is complete at any time and holds its recipe; Ctrl-C keeps the weights so
+    far. Use it by `FieldModel.fit(data, body=load_body(FILE))` or `demospec detect --body FILE`.
     The result depends on the settings and the seed, not on the number of workers.
     """
     from demospec.errors import InputError

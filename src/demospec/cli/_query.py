@@ -13,18 +13,18 @@ from demospec.cli._common import Json, Out, Seed, print_json, print_table, save_
 def query(
     path: Annotated[
         Path,
-        typer.Argument(metavar="PROBLEM.json | SET", help="What was shown and labelled so far."),
+        typer.Argument(metavar="PROBLEM.json | SET", help="The demonstrations labelled so far."),
     ],
     json: Json = False,
     seed: Seed = 0,
     out: Out = None,
     error_rate: Annotated[
-        float, typer.Option(min=0.0, max=0.49, help="Share of answers that are wrong (influence).")
+        float, typer.Option(min=0.0, max=0.49, help="Expected share of wrong answers (influence).")
     ] = 0.0,
-    pool: Annotated[int, typer.Option(min=1, max=100_000, help="Paths to choose among.")] = 300,
+    pool: Annotated[int, typer.Option(min=1, max=100_000, help="Number of candidate paths.")] = 300,
     type: Annotated[str | None, typer.Option("--type", help="User type (SET).")] = None,
 ) -> None:
-    """The demonstration to ask for next: the one whose label tells most."""
+    """Propose the next demonstration: the path whose label is most informative."""
     from demospec.rules import query_file, query_set
 
     if path.is_dir():

@@ -23,28 +23,33 @@ from demospec.cli._common import (
 def repair(
     model: ModelPath,
     set_folder: SetFolder,
-    type: Annotated[str, typer.Option("--type", help="User type who is to accept.")],
+    type: Annotated[
+        str, typer.Option("--type", help="Type of user that has to accept the result.")
+    ],
     rules: Annotated[
         Path | None,
-        typer.Option("--rules", help="Rule file (the truth) that judges the outcome."),
+        typer.Option("--rules", help="Rule file that judges the result."),
     ] = None,
     particles: Annotated[
-        int, typer.Option("--particles", min=1, max=32, help="1 is the paper's way.")
+        int,
+        typer.Option(
+            "--particles", min=1, max=32, help="Starting points of the search; the paper takes 1."
+        ),
     ] = 16,
     steps: Annotated[
         int, typer.Option("--steps", min=1, max=10_000, help="Gradient steps; the paper takes 30.")
     ] = 30,
     confidence: Annotated[
         float,
-        typer.Option("--confidence", min=0.5, max=0.99999, help="p(valid) that a repair reaches."),
+        typer.Option("--confidence", min=0.5, max=0.99999, help="Least p(valid) of a repair."),
     ] = 0.999,
     json: Json = False,
     out: Out = None,
 ) -> None:
-    """Repair a type's demonstrations that are not valid, by gradient steps on the control point.
+    """Repair rejected demonstrations by gradient steps on their control points.
 
-    Those are the ones labelled invalid; where nobody said, those that the model rejects. The
-    model's own opinion of the outcome is p_valid; the verdict that counts is that of --rules.
+    Repaired are the demonstrations labelled invalid, and unlabelled ones that the model rejects.
+    p_valid is the opinion of the model that made the repair; rule_valid is that of --rules.
     """
     from demospec.cli._predict import say_unjudged
     from demospec.demonstrations import read_set

@@ -1,4 +1,4 @@
-"""`demospec report`: a run as one page."""
+"""`demospec report`: the report of a run as one HTML page."""
 
 from __future__ import annotations
 

@@ -22,10 +22,10 @@ from demospec.cli._common import (
 
 
 def reproduce(
-    out: Annotated[Path, typer.Option("--out", help="Folder to make or to resume.")],
+    out: Annotated[Path, typer.Option("--out", help="Folder to write or to resume.")],
     quick: Annotated[
         bool,
-        typer.Option("--quick", help="The same tables from less: about four minutes on two cores."),
+        typer.Option("--quick", help="Smaller samples: about four minutes on two cores."),
     ] = False,
     workers: Annotated[int, typer.Option("--workers", help="Processes for the fits.", min=1)] = 2,
     cluster: Annotated[
@@ -46,7 +46,7 @@ def reproduce(
     seed: Seed = 0,
     json: Json = False,
 ) -> None:
-    """Measure the paper again: every table and figure beside its own.
+    """Measure every table and figure of the paper again, beside the printed ones.
 
     Resumes an earlier run. Full: 10 randomisations, some 35 minutes on two cores (estimated).
     """

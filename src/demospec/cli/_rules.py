@@ -38,22 +38,23 @@ def rules(
         list[str],
         typer.Argument(
             metavar="SET | PROBLEM.json …",
-            help="A demonstration set (a folder, or a URL), or problems.",
+            help="A demonstration set (a folder, or a URL), or problem files.",
         ),
     ],
     json: Json = False,
     out: Out = None,
     sharing: Annotated[
-        str, typer.Option(help="Clearances: average, shared (one for all) or separate.")
+        str,
+        typer.Option(help="Clearances of the classes: average, shared (one for all) or separate."),
     ] = "average",
     distance: Annotated[
-        str, typer.Option(help="Clearance to the footprint or to the center.")
+        str, typer.Option(help="Clearance to the footprint, or to the center.")
     ] = "footprint",
     split: Annotated[
-        str, typer.Option(help="Learn from scenes of this split (SET); all takes every scene.")
+        str, typer.Option(help="Learn from the scenes of this split; all takes every scene (SET).")
     ] = "train",
     influence: Annotated[
-        bool, typer.Option(help="Answer with the paper's influence rule too (SET).")
+        bool, typer.Option(help="Learn the influence rule of the paper too (SET).")
     ] = True,
     f_max: Annotated[
         int | None,
@@ -70,35 +71,36 @@ def rules(
         str, typer.Option(help="Influence problems: auto, exact, step or direct.")
     ] = "auto",
     tolerant: Annotated[
-        bool, typer.Option("--tolerant", help="Influence: contradict as few labels as possible.")
+        bool, typer.Option("--tolerant", help="Influence: fit with the fewest contradicted labels.")
     ] = False,
     label_noise: Annotated[
         float,
-        typer.Option(
-            help="With --tolerant: share of labels taken to be wrong; 0 for the best fit."
-        ),
+        typer.Option(help="With --tolerant: expected share of wrong labels; 0 for the best fit."),
     ] = 0.05,
     time_limit: Annotated[
-        float | None, typer.Option(min=0.01, help="Influence problems: seconds for each.")
+        float | None,
+        typer.Option(min=0.01, help="Influence problems: time limit of each, seconds."),
     ] = None,
     picture: Annotated[
         Path | None,
-        typer.Option(help="Draw the envelopes over a scene there (SET; PNG, SVG, PDF)."),
+        typer.Option(help="Draw the envelopes over a scene (SET; PNG, SVG, PDF)."),
     ] = None,
     scene: Annotated[
         str | None, typer.Option(help="Scene of --picture (default: the first).")
     ] = None,
     enough: Annotated[
         bool,
-        typer.Option("--enough", help="How the answer narrows with the number of demonstrations."),
+        typer.Option(
+            "--enough", help="Learning curve: the interval against the number of demonstrations."
+        ),
     ] = False,
     workers: Workers = 1,
     cluster: Cluster = None,
 ) -> None:
-    """What each kind of person keeps away from, and how far.
+    """Learn from a set what each type of user keeps away from, and how far.
 
-    Of a set with more than 100,000 demonstrations 10,000 of each type are learned from, drawn at
-    random.
+    A problem file states one problem of the clearance or the influence family. A set with more
+    than 100,000 demonstrations is represented by a random 10,000 of each type.
     """
     spread: Spread = {"workers": workers, "cluster": cluster}
     paths = [Path(name) for name in names]
@@ -229,7 +231,8 @@ def _set(
             )
     unit = answer.units
     header = ["type", "class", "matters", "chance", f"clearance {unit}", "at least", "at most"]
-    print_table("Clearance by class", header, rows)
+    if rows:
+        print_table("Clearance by class", header, rows)
 
 
 def _matters(symbol: str, rule: Any) -> str:

@@ -23,9 +23,11 @@ def sample(
     model: ModelPath,
     set_folder: SetFolder,
     scene: Annotated[str, typer.Option("--scene", help="Scene id.")],
-    type: Annotated[str, typer.Option("--type", help="User type.")],
-    n: Annotated[int, typer.Option("--n", min=1, max=100_000, help="How many.")] = 10,
-    method: Annotated[str, typer.Option("--method", help="map (acceptance) or langevin.")] = "map",
+    type: Annotated[str, typer.Option("--type", help="Type of user.")],
+    n: Annotated[int, typer.Option("--n", min=1, max=100_000, help="Number of trajectories.")] = 10,
+    method: Annotated[
+        str, typer.Option("--method", help="map (cells of the validity map) or langevin.")
+    ] = "map",
     confidence: Annotated[
         float, typer.Option("--confidence", min=0.0, max=0.999, help="p(valid) to exceed.")
     ] = 0.5,
@@ -33,7 +35,7 @@ def sample(
     json: Json = False,
     out: Out = None,
 ) -> None:
-    """Draw varied trajectories that a user type accepts: left and right of an object."""
+    """Sample varied trajectories that a type of user accepts, on every side of an object."""
     from demospec.demonstrations import read_set
     from demospec.specification import load_model, sample_valid
 

@@ -27,20 +27,20 @@ def scenes(
     out: OutFolder,
     scene: Annotated[
         list[str] | None,
-        typer.Option("--scene", help="Only this scene (may be given again)."),
+        typer.Option("--scene", help="Scene id; may be repeated. Default: all."),
     ] = None,
     sample: Annotated[
         int | None,
-        typer.Option("--sample", min=1, max=10_000, help="Draw that many new scenes instead."),
+        typer.Option("--sample", min=1, max=10_000, help="Number of new scenes to sample instead."),
     ] = None,
     seed: Seed = 0,
     force: Force = False,
     json: Json = False,
 ) -> None:
-    """Draw scenes from a model's latent code: as it saw them, or new ones.
+    """Reconstruct scenes from the latent code of a model, or sample new ones.
 
     Without --sample: the pictures after encoder and decoder, and scenes.json with their errors.
-    With it: a demonstration set whose scenes resemble the training scenes of SET.
+    With --sample: a demonstration set whose scenes resemble the training scenes of SET.
     """
     from demospec.demonstrations import read_set, write_set
     from demospec.errors import InputError
@@ -75,7 +75,7 @@ def scenes(
     else:
         shown = [[r.scene_id, r.rmse, r.psnr_db, r.numbers, r.things] for r in found]
         header = ("scene", "error (1 = white)", "PSNR dB", "numbers", "things")
-        print_table(f"{data.name}: {len(shown)} scenes as the model saw them", header, shown)
+        print_table(f"{data.name}: {len(shown)} scenes, reconstructed", header, shown)
 
 
 def _write(out: Path, pictures: list[Any], document: dict[str, Any], force: bool) -> None:

@@ -26,27 +26,36 @@ def simulate(
     catalogue: Annotated[
         str, typer.Option(help="builtin, or sweethome3d (Debian package sweethome3d-furniture).")
     ] = "builtin",
-    train_scenes: Annotated[int, typer.Option(min=0, help="Scenes of seen items.")] = 20,
-    test_scenes: Annotated[int, typer.Option(min=0, help="Scenes of unseen items.")] = 20,
-    demonstrations: Annotated[int, typer.Option(min=1, help="Per scene and user type.")] = 10,
+    train_scenes: Annotated[int, typer.Option(min=0, help="Training scenes.")] = 20,
+    test_scenes: Annotated[
+        int, typer.Option(min=0, help="Test scenes, with items that training scenes do not show.")
+    ] = 20,
+    demonstrations: Annotated[
+        int, typer.Option(min=1, help="Demonstrations per scene and type of user.")
+    ] = 10,
     size_px: Annotated[int, typer.Option("--size-px", help="Side of the pictures, pixels.")] = 100,
     clearance_px: Annotated[
         float | None,
-        typer.Option("--clearance-px", help="What careful and normal keep [3 px at 100 px]."),
+        typer.Option(
+            "--clearance-px", help="Clearance of careful and normal, pixels [3 px at 100 px]."
+        ),
     ] = None,
-    label_noise: Annotated[float, typer.Option(help="Share of labels flipped, 0 to 0.5.")] = 0.0,
+    label_noise: Annotated[float, typer.Option(help="Share of labels reversed, 0 to 0.5.")] = 0.0,
     objects: Annotated[
         bool, typer.Option("--objects/--no-objects", help="Whether test scenes list objects.")
     ] = True,
     balanced: Annotated[
-        bool, typer.Option("--balanced", help="Half of the demonstrations valid, where possible.")
+        bool,
+        typer.Option(
+            "--balanced", help="Draw until half of the demonstrations are valid, where possible."
+        ),
     ] = False,
     name: Annotated[str | None, typer.Option(help="Name of the set.")] = None,
     seed: Seed = 0,
     json: Json = False,
     force: Force = False,
 ) -> None:
-    """Make a set of simulated demonstrators whose rule is known.
+    """Simulate demonstrators whose rule is known.
 
     careful keeps a clearance from every footprint, normal from glasses (workbench: drills)
     only, aggressive from nothing. The truth goes into SET/truth.json, a rule file.

@@ -16,7 +16,7 @@ def studio(
     set_folder: Annotated[
         Path | None,
         typer.Argument(
-            metavar="[SET]", help="The set to start from (never changed). Without: new scenes."
+            metavar="[SET]", help="Set to start from; it is never changed. Default: new scenes."
         ),
     ] = None,
     model: Annotated[
@@ -26,15 +26,18 @@ def studio(
         Path | None, typer.Option("--run", help="A run folder of demo or reproduce to show.")
     ] = None,
     out: Annotated[
-        Path | None, typer.Option("--out", help="The set to write (default: SET-taught).")
+        Path | None, typer.Option("--out", help="Set to write (default: SET-taught).")
     ] = None,
     scenes_only: Annotated[
-        bool, typer.Option("--scenes-only", help="Leave the set's demonstrations aside.")
+        bool,
+        typer.Option("--scenes-only", help="Use the scenes of the set, not its demonstrations."),
     ] = False,
-    port: Annotated[int, typer.Option("--port", min=1, max=65535, help="Port to use.")] = 8080,
+    port: Annotated[int, typer.Option("--port", min=1, max=65535, help="TCP port.")] = 8080,
     host: Annotated[
         str,
-        typer.Option("--host", help="Address to listen at; others than 127.0.0.1 need a token."),
+        typer.Option(
+            "--host", help="Address to listen on; any other than 127.0.0.1 needs --token."
+        ),
     ] = "127.0.0.1",
     token: Annotated[
         str | None, typer.Option("--token", help="A secret that every request must bring.")
@@ -42,7 +45,7 @@ def studio(
     browser: Annotated[bool, typer.Option(help="Open the page in a browser.")] = True,
     json: Json = False,
 ) -> None:
-    """Draw what you mean, see what was understood: a web page on this machine only.
+    """Teach by drawing paths in a local web page, and see the rule that is learned.
 
     With --json the document says, once the studio answers, its address (with the token), the
     folder of the set that it writes, and the number of its process.
