@@ -12,7 +12,7 @@ import pytest
 
 from demospec.errors import InputError
 from demospec.experiments import GridSettings, grid_table, run_grid
-from demospec.experiments._ablation import grid_set, rank_in_scene
+from demospec.experiments._cells import grid_set, rank_in_scene
 
 SMALL = {"train_scenes": 2, "test_scenes": 1, "steps": 2}
 

@@ -11,7 +11,7 @@ from demospec.scene.rendering._light import DEFAULT_LIGHT
 from demospec.scene.rendering._mesh import Mesh, bar, joined, lathe, mesh, slab
 from demospec.scene.rendering._outlines import outline
 from demospec.scene.rendering._sprites import SAMPLES, coverage, draw_sprite
-from demospec.scene.rendering.catalogues._catalogue import ANGLE_STEPS
+from demospec.scene.rendering.catalogues._items import ANGLE_STEPS
 
 
 def box(x0: float, y0: float, x1: float, y1: float, top: float = 0.02) -> Mesh:

@@ -8,7 +8,8 @@ from demospec._lazy import names_of
 from demospec.experiments._stages import RunRecord, Stage, code_key, run_stages
 
 if TYPE_CHECKING:
-    from demospec.experiments._ablation import GridSettings, run_grid
+    from demospec.experiments._ablation import run_grid
+    from demospec.experiments._cells import GridSettings
     from demospec.experiments._grid_table import grid_table
     from demospec.experiments._split import PicturesOnly, hold_out, without_objects
     from demospec.experiments._studies import accuracy_study, plan_study, repair_study
@@ -30,7 +31,7 @@ __all__ = [
 ]
 
 _HOME = {
-    "GridSettings": "_ablation",
+    "GridSettings": "_cells",
     "PicturesOnly": "_split",
     "accuracy_study": "_studies",
     "grid_table": "_grid_table",

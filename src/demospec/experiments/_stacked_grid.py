@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from demospec.experiments._ablation import MOST, Cell, GridSettings, grid_set, rank_in_scene, scored
+from demospec.experiments._cells import MOST, Cell, GridSettings, grid_set, rank_in_scene, scored
 from demospec.parallel import iterate_tasks
 
 if TYPE_CHECKING:

@@ -31,12 +31,8 @@ if TYPE_CHECKING:
     from demospec.scene.rendering._outlines import outline
     from demospec.scene.rendering._sprites import SAMPLES, Sprite, coverage, draw_sprite
     from demospec.scene.rendering._tables import draw_table, table_albedo
-    from demospec.scene.rendering.catalogues._catalogue import (
-        TASK_SYMBOLS,
-        Catalogue,
-        CatalogueItem,
-        load_catalogue,
-    )
+    from demospec.scene.rendering.catalogues._catalogue import TASK_SYMBOLS, load_catalogue
+    from demospec.scene.rendering.catalogues._items import Catalogue, CatalogueItem
 
 __all__ = [
     "SAMPLES",
@@ -89,8 +85,8 @@ __all__ = [
 
 _HOME = {
     "Capsule": "demospec.geometry",
-    "Catalogue": "rendering.catalogues._catalogue",
-    "CatalogueItem": "rendering.catalogues._catalogue",
+    "Catalogue": "rendering.catalogues._items",
+    "CatalogueItem": "rendering.catalogues._items",
     "CutOut": "editing._cut_outs",
     "Disc": "demospec.geometry",
     "Footprint": "demospec.geometry",

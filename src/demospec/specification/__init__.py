@@ -24,7 +24,8 @@ from demospec.specification.latent._validity_map import ValidityMap, validity_ma
 from demospec.specification.models._ensemble import EnsembleModel, EnsembleView, UncertainView
 from demospec.specification.models._ensemble_fit import fit_ensemble
 from demospec.specification.models._maxent_irl import IrlModel, IrlSettings
-from demospec.specification.models._registry import FittedModel, fit_model, load_model
+from demospec.specification.models._registry import fit_model, load_model
+from demospec.specification.models._single import FittedModel
 from demospec.specification.models.beta_vae._model import PaperModel, PaperSettings
 from demospec.specification.models.beta_vae._stacked import (
     StackedJob,

@@ -27,7 +27,8 @@ from demospec.scene.rendering._compose import (
 )
 from demospec.scene.rendering._estimate_light import light_of
 from demospec.scene.rendering._recipe import render_of
-from demospec.scene.rendering.catalogues._catalogue import Catalogue, CatalogueItem, load_catalogue
+from demospec.scene.rendering.catalogues._catalogue import load_catalogue
+from demospec.scene.rendering.catalogues._items import Catalogue, CatalogueItem
 
 
 def overlay(

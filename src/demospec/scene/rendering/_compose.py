@@ -21,7 +21,8 @@ from demospec.scene.rendering._light import Light, colour, falloff, on_pixels, s
 from demospec.scene.rendering._recipe import render_of
 from demospec.scene.rendering._sprites import SAMPLES, Sprite
 from demospec.scene.rendering._tables import table_albedo
-from demospec.scene.rendering.catalogues._catalogue import CatalogueItem, load_catalogue, snap_angle
+from demospec.scene.rendering.catalogues._catalogue import load_catalogue
+from demospec.scene.rendering.catalogues._items import CatalogueItem, snap_angle
 
 TABLE_M = 0.82
 """Side of the table that a picture shows, metres: 8.2 mm a pixel at 100×100."""

@@ -13,7 +13,8 @@ from demospec.scene._scene import Scene
 from demospec.scene.rendering._compose import TABLE_M, Placement, compose_scene, snap_center
 from demospec.scene.rendering._light import draw_light
 from demospec.scene.rendering._tables import draw_table
-from demospec.scene.rendering.catalogues._catalogue import TASK_SYMBOLS, Catalogue, CatalogueItem
+from demospec.scene.rendering.catalogues._catalogue import TASK_SYMBOLS
+from demospec.scene.rendering.catalogues._items import Catalogue, CatalogueItem
 
 
 @dataclass(frozen=True)

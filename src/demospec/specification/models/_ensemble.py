@@ -25,8 +25,8 @@ from demospec.frames import FloatArray
 from demospec.scene import Scene
 from demospec.specification.latent._control_plane import ControlView
 from demospec.specification.models._ensemble_folder import read_members, write_members
-from demospec.specification.models._folder import ModelFolder
-from demospec.specification.models._registry import FittedModel
+from demospec.specification.models._folder import ModelFolder, read_model_folder
+from demospec.specification.models._single import FittedModel, single_of
 from demospec.specification.models.beta_vae._model import probability
 
 
@@ -81,16 +81,12 @@ class EnsembleModel:
     @classmethod
     def load(cls, folder: str | os.PathLike[str]) -> EnsembleModel:
         """Reads what `save` wrote; InputError names what is wrong with it."""
-        from demospec.specification.models._folder import read_model_folder
-
         return cls.of(read_model_folder(folder))
 
     @classmethod
     def of(cls, stored: ModelFolder) -> EnsembleModel:
         """The ensemble of a folder that was read."""
-        from demospec.specification.models._registry import model_of
-
-        members = [model_of(one) for one in read_members(stored)]
+        members = [single_of(one) for one in read_members(stored)]
         provenance = {k: v for k, v in stored.provenance.items() if k != "members"}
         return cls(members, provenance)
 

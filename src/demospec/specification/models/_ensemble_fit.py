@@ -12,11 +12,12 @@ from demospec.demonstrations import DemonstrationSet
 from demospec.errors import InputError
 from demospec.parallel import task_seed
 from demospec.progress import Progress, silent
+from demospec.specification.models._ensemble import EnsembleModel
 from demospec.specification.models._folder import provenance_of
+from demospec.specification.models._single import FittedModel, fit_single, paper_settings
 from demospec.specification.models.beta_vae._training_data import labelled_rows, types_in_use
 
 if TYPE_CHECKING:
-    from demospec.specification.models._ensemble import EnsembleModel
     from demospec.specification.models.beta_vae._model import PaperModel, PaperSettings
 
 MOST_MEMBERS = 100
@@ -46,9 +47,6 @@ def fit_ensemble(
     Raises:
         InputError: As `fit_model`; `members` out of range; resampling without a second scene.
     """
-    from demospec.specification.models._ensemble import EnsembleModel
-    from demospec.specification.models._registry import fit_model, paper_settings
-
     if not 2 <= members <= MOST_MEMBERS:
         raise InputError(f"from 2 to {MOST_MEMBERS}", members, field="members")
     seeds = [seed, *(task_seed(seed, k) for k in range(1, members))]
@@ -60,10 +58,10 @@ def fit_ensemble(
     if len(set(data.demonstrations.scene_id[labelled])) < 2:
         expected = "two or more scenes with labelled demonstrations, to be drawn from"
         raise InputError(expected, "one", field="scenes")
-    fitted = []
+    fitted: list[FittedModel] = []
     for k, its_seed in enumerate(seeds):
         mine = data if k == 0 else resampled(data, np.random.default_rng([seed, k, 91]))
-        fitted.append(fit_model(mine, model, seed=its_seed, **settings))
+        fitted.append(fit_single(mine, model, seed=its_seed, settings=settings))
         progress("fitting members", k + 1, members)
     return EnsembleModel(fitted, provenance)
 

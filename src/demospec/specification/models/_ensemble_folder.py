@@ -18,7 +18,7 @@ from demospec.specification.models._folder import (
     read_model_folder,
     write_model_folder,
 )
-from demospec.specification.models._registry import FittedModel
+from demospec.specification.models._single import FittedModel
 
 
 def write_members(

@@ -3,32 +3,17 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
-from dataclasses import fields
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any
 
-from demospec.demonstrations import DemonstrationSet, View
+from demospec.demonstrations import DemonstrationSet
 from demospec.errors import InputError
 from demospec.progress import Progress, silent
-from demospec.scene import Scene
+from demospec.specification.models._ensemble import EnsembleModel
+from demospec.specification.models._ensemble_fit import fit_ensemble
 from demospec.specification.models._folder import ModelFolder, read_model_folder
-
-if TYPE_CHECKING:
-    from demospec.specification.models.beta_vae._model import PaperSettings
-
-KINDS = ("field", "paper", "irl")
-
-
-class FittedModel(Protocol):
-    """A `ValidityModel` that came from demonstrations, or a rule: it can be saved."""
-
-    @property
-    def types(self) -> tuple[str, ...]: ...
-
-    def see(self, scene: Scene) -> View: ...
-
-    def save(self, folder: str | os.PathLike[str], *, replace: bool = False) -> Path: ...
+from demospec.specification.models._single import MODEL_KINDS, FittedModel, fit_single, single_of
 
 
 def fit_model(
@@ -54,41 +39,11 @@ def fit_model(
         InputError: Unknown model or setting, no labelled demonstrations, no pictures.
         MissingExtraError: torch is absent.
     """
-    if model not in KINDS:
-        raise InputError(", ".join(KINDS), model, field="model")
-    if members != 1:
-        from demospec.specification.models._ensemble_fit import fit_ensemble
-
-        return fit_ensemble(data, model, members=members, seed=seed, progress=progress, **settings)
-    if model == "field":
-        from demospec.specification.models.perceived_rule._model import FieldModel
-
-        return FieldModel.fit(data, seed=seed, progress=progress, **settings)
-    if model == "paper":
-        from demospec.specification.models.beta_vae._model import PaperModel
-
-        return PaperModel.fit(data, seed=seed, progress=progress, settings=paper_settings(settings))
-    from demospec.specification.models._maxent_irl import IrlModel, IrlSettings
-
-    return IrlModel.fit(
-        data, seed=seed, progress=progress, settings=_checked(IrlSettings, settings)
-    )
-
-
-def paper_settings(settings: dict[str, Any]) -> PaperSettings:
-    """`PaperSettings` by name; InputError lists the names where one is unknown."""
-    from demospec.specification.models.beta_vae._model import PaperSettings
-
-    chosen: PaperSettings = _checked(PaperSettings, settings)
-    return chosen
-
-
-def _checked(kind: Callable[..., Any], settings: dict[str, Any]) -> Any:
-    known = [f.name for f in fields(kind)]  # type: ignore[arg-type]
-    for name in settings:
-        if name not in known:
-            raise InputError(f"a setting ({', '.join(known)})", name, field="settings")
-    return kind(**settings)
+    if members == 1:
+        return fit_single(data, model, seed=seed, progress=progress, settings=settings)
+    if model not in MODEL_KINDS:
+        raise InputError(", ".join(MODEL_KINDS), model, field="model")
+    return fit_ensemble(data, model, members=members, seed=seed, progress=progress, **settings)
 
 
 def load_model(path: str | os.PathLike[str], types: Sequence[str] = ()) -> Any:
@@ -120,21 +75,4 @@ def load_model(path: str | os.PathLike[str], types: Sequence[str] = ()) -> Any:
 
 def model_of(stored: ModelFolder) -> Any:
     """The model of a folder that was read; a `ValidityModel`."""
-    if stored.kind == "paper":
-        from demospec.specification.models.beta_vae._model import PaperModel
-
-        return PaperModel.of(stored)
-    if stored.kind == "irl":
-        from demospec.specification.models._maxent_irl import IrlModel
-
-        return IrlModel.of(stored)
-    if stored.kind == "field":
-        from demospec.specification.models.perceived_rule._model import FieldModel
-
-        return FieldModel.of(stored)
-    if stored.kind == "ensemble":
-        from demospec.specification.models._ensemble import EnsembleModel
-
-        return EnsembleModel.of(stored)
-    file = None if stored.path is None else stored.path / "config.json"
-    raise InputError(", ".join((*KINDS, "ensemble")), stored.kind, file=file, field="kind")
+    return EnsembleModel.of(stored) if stored.kind == "ensemble" else single_of(stored)

@@ -10,7 +10,7 @@ import numpy as np
 
 from demospec.frames import FloatArray
 from demospec.scene.rendering._mesh import Mesh
-from demospec.scene.rendering.catalogues._catalogue import CatalogueItem
+from demospec.scene.rendering.catalogues._items import CatalogueItem
 
 TRAIN_ITEMS, TEST_ITEMS = 16, 8
 

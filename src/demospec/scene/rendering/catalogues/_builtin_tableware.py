@@ -21,7 +21,7 @@ from demospec.scene.rendering.catalogues._builtin_looks import (
     series,
 )
 from demospec.scene.rendering.catalogues._builtin_utensils import make_utensil
-from demospec.scene.rendering.catalogues._catalogue import CatalogueItem
+from demospec.scene.rendering.catalogues._items import CatalogueItem
 
 
 def _shape(

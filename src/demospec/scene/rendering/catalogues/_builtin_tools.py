@@ -9,7 +9,7 @@ import numpy as np
 from demospec.frames import FloatArray
 from demospec.scene.rendering._mesh import Mesh, bar, joined, lathe, slab
 from demospec.scene.rendering.catalogues._builtin_looks import METALS, pick, rng_of, series
-from demospec.scene.rendering.catalogues._catalogue import CatalogueItem
+from demospec.scene.rendering.catalogues._items import CatalogueItem
 
 PLASTICS = np.array(
     [

@@ -23,7 +23,7 @@ from demospec.errors import InputError, MissingPackageError
 from demospec.frames import FloatArray
 from demospec.scene.rendering._mesh import Mesh
 from demospec.scene.rendering.catalogues._builtin_looks import GLAZES, rng_of
-from demospec.scene.rendering.catalogues._catalogue import CatalogueItem
+from demospec.scene.rendering.catalogues._items import CatalogueItem
 from demospec.scene.rendering.catalogues._obj import read_obj
 
 FOLDERS = (
