@@ -21,14 +21,14 @@ WORDS = {
     "planning": "cost maps, paths, exports",
     "causal": "interventions, effects",
     "specification": "models of what is accepted",
-    "perception": "the pretrained body, objects",
+    "perception": "the distance network, objects",
     "rules": "exact rules, envelopes, queries",
     "demonstrations": "sets, readers, simulators",
     "scene": "objects, pictures, editing",
     "parallel": "processes and clusters",
     "files": "atomic writes",
     "frames": "pixels and metres",
-    "progress": "who is told how far",
+    "progress": "reports of progress",
     "errors": "the exception family",
 }
 
@@ -36,7 +36,8 @@ WORDS = {
 def storeys() -> list[list[str]]:
     """Top to bottom, as the import contract of pyproject.toml has them."""
     text = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
-    (contract,) = tomllib.loads(text)["tool"]["importlinter"]["contracts"]
+    contracts = tomllib.loads(text)["tool"]["importlinter"]["contracts"]
+    contract = next(c for c in contracts if c["type"] == "layers")
     return [[n.strip().removeprefix("demospec.") for n in row.split("|")]
             for row in contract["layers"]]  # fmt: skip
 

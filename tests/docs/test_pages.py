@@ -38,3 +38,12 @@ def test_links_to_files_exist(page: Path) -> None:
     for target in LINK.findall(page.read_text(encoding="utf-8")):
         if not target.startswith(("http:", "https:", "mailto:")):
             assert (page.parent / target).exists(), target
+
+
+def test_the_page_on_the_code_names_files_that_exist() -> None:
+    text = (ROOT / "docs" / "code.md").read_text(encoding="utf-8")
+    paths = {p for p in re.findall(r"`([a-z_]+/[\w/]*(?:\.py)?)`", text) if "NAME" not in p}
+    assert len(paths) > 30
+    for path in paths:
+        rooms = ROOT / "src" / "demospec"
+        assert (ROOT / path).exists() or any(rooms.rglob(path.rstrip("/"))), path

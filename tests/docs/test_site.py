@@ -56,3 +56,9 @@ def test_the_library_page_holds_signatures(site: Path) -> None:
     text = (site / "api.html").read_text(encoding="utf-8")
     assert "read_set" in text
     assert "run_tasks" in text
+
+
+def test_every_page_links_to_the_terms_that_it_uses(site: Path) -> None:
+    for page in ("rules", "planning", "perception", "how-to-studio", "code"):
+        text = (site / f"{page}.html").read_text(encoding="utf-8")
+        assert 'href="glossary.html#' in text, page
