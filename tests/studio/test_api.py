@@ -193,3 +193,43 @@ def test_every_end_point_is_described(client: Any, bench: Workbench) -> None:
         assert all(entry["summary"] for entry in methods.values())
     assert "http" not in html.replace("octet", "")
     assert document == openapi(install(FastAPI(), bench))
+
+
+def test_what_is_no_number_or_no_origin_is_refused_in_one_line(client: Any) -> None:
+    scene = client.get("/api/scenes").json()["scenes"][0]["scene_id"]
+    json_body = {"Content-Type": "application/json"}
+    for x in ("NaN", "1e999", "Infinity"):
+        body = f'{{"scene_id": "{scene}", "points": [[{x}, 1], [2, 3]]}}'
+        answer = client.post("/api/demonstrations", content=body, headers=json_body)
+        assert answer.status_code == 422
+        assert isinstance(answer.json()["detail"], str)
+    shown(client, scene, 45, True)
+    answer = client.get("/api/query", params={"type": "me", "seed": -1})
+    assert answer.status_code == 422
+    assert "seed" in answer.json()["detail"]
+    answer = client.get("/api/set", headers={"Origin": "http://[::1"})
+    assert answer.status_code == 403
+    with pytest.raises(InputError, match="--token"):
+        serve(token="")
+
+
+def test_names_with_a_slash_have_an_address(tmp_path: Path) -> None:
+    from dataclasses import replace
+
+    from demospec.demonstrations import simulate_set, write_set
+
+    data, _ = simulate_set(train_scenes=1, test_scenes=0, demonstrations=1, seed=1)
+    scenes = (replace(data.scenes[0], scene_id="a/b c"),)
+    data.demonstrations.scene_id[:] = "a/b c"
+    data.demonstrations.demo_id[0] = "run/1"
+    bench = Workbench(write_set(replace(data, scenes=scenes), tmp_path / "set"))
+    app = FastAPI()
+    install(app, bench)
+    with TestClient(app, base_url=HERE) as client:
+        assert client.get("/api/scenes/a%2Fb%20c").json()["scene_id"] == "a/b c"
+        picture = client.get("/api/scenes/a%2Fb%20c/picture.png")
+        assert picture.headers["content-type"] == "image/png"
+        answer = client.put("/api/demonstrations/run%2F1/label", json={"valid": False})
+        assert answer.json()["valid"] is False
+        assert client.delete("/api/demonstrations/run%2F1").json() == {"deleted": "run/1"}
+    bench.close()

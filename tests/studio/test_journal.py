@@ -5,6 +5,7 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
+import sqlite3
 import subprocess
 import sys
 import threading
@@ -316,3 +317,33 @@ def test_writing_the_set_keeps_nobody_from_the_journal(
             assert len(pool.submit(bench.journal.events).result(60)) == 13
         assert writer.result(60) == bench.out
     bench.close()
+
+
+@pytest.mark.parametrize("body", ["{", "3", '{"demo_id": 1}', '{"scene_id": "x"}'])
+def test_a_damaged_row_is_named(source: Path, tmp_path: Path, body: str) -> None:
+    bench = Workbench(source, out=tmp_path / "new")
+    file = bench.journal.file
+    bench.close()
+    with sqlite3.connect(file) as base:
+        row = "INSERT INTO events (at, actor, kind, body) VALUES (0, 'tab', 'add', ?)"
+        base.execute(row, (body,))
+    base.close()
+    with pytest.raises(InputError, match=r"new\.journal"):
+        Workbench(source, out=tmp_path / "new")
+
+
+def test_a_full_disk_is_said_and_nothing_is_half_kept(source: Path, tmp_path: Path) -> None:
+    bench = Workbench(source, out=tmp_path / "new")
+    count = len(bench.demonstrations)
+    bench.journal._base.execute("PRAGMA max_page_count=1")  # as if no page more fitted
+    with pytest.raises(OutputError, match="nothing was kept"):
+        for _ in range(400):
+            bench.draw(bench.scenes[0].scene_id, PATH * 40, actor="tab")
+    kept = len(bench.demonstrations)
+    again = Workbench(source, out=tmp_path / "new")
+    assert len(again.demonstrations) == kept >= count
+    bench.journal._base.execute("PRAGMA max_page_count=1000000")
+    bench.draw(bench.scenes[0].scene_id, PATH, actor="tab")
+    assert len(bench.demonstrations) == kept + 1
+    for one in (bench, again):
+        one.close()

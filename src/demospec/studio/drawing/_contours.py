@@ -7,16 +7,18 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
+from markupsafe import Markup
 
 from demospec.frames import describe_length
 from demospec.rules import ClearanceRule
 from demospec.scene import Footprint, Scene
+from demospec.studio.drawing._markup import joined
 
 
 def rings_svg(
     scene: Scene, rule: ClearanceRule | None, scale: float | None = None, units: str = "px"
-) -> str:
-    """SVG: for every object that matters, the least clearance dashed, the greatest solid.
+) -> Markup:
+    """For every object that matters, the least clearance dashed, the greatest solid.
 
     Between them lies what the demonstrations leave open. An upper end that no demonstration
     sets is not drawn.
@@ -25,7 +27,7 @@ def rings_svg(
         scale, units: `metres_per_unit` and `units` of the set, for the words.
     """
     if rule is None or scene.objects is None:
-        return ""
+        return Markup()
     bands, rims = [], []
     for item in scene.objects:
         if item.symbol not in rule.value:
@@ -38,14 +40,18 @@ def rings_svg(
         words = f"{item.symbol}: keep at least {describe_length(low, scale, units)}"
         if math.isfinite(high):
             outer = outline_at(shape, high)
-            bands.append(f'<path class="ring-band" d="{outer}{inner}"/>')
-            rims.append(f'<path class="ring upper" d="{outer}"/>')
+            bands.append(Markup('<path class="ring-band" d="{}{}"/>').format(outer, inner))
+            rims.append(Markup('<path class="ring upper" d="{}"/>').format(outer))
             words += f", at most {describe_length(high, scale, units)}"
-        rims.append(f'<path class="ring lower" d="{inner}"><title>{_safe(words)}</title></path>')
+        rims.append(
+            Markup('<path class="ring lower" d="{}"><title>{}</title></path>').format(inner, words)
+        )
     if not rims:
-        return ""
+        return Markup()
     # One group, so that overlapping bands are as light as one.
-    return f'<g class="rings"><g class="ring-bands">{"".join(bands)}</g>{"".join(rims)}</g>'
+    return Markup('<g class="rings"><g class="ring-bands">{}</g>{}</g>').format(
+        joined(bands), joined(rims)
+    )
 
 
 @lru_cache(maxsize=4096)
@@ -74,9 +80,3 @@ def contour_at(shape: Footprint, distance: float) -> list[Any]:
         for line in find(field, distance)
         if len(line) > 3
     ]
-
-
-def _safe(text: str) -> str:
-    from html import escape
-
-    return escape(text)

@@ -6,12 +6,13 @@ import base64
 import io
 import re
 from collections.abc import Iterable
-from html import escape
 
 import numpy as np
+from markupsafe import Markup
 
 from demospec.demonstrations import Demonstration
 from demospec.scene import Capsule, Disc, Footprint, Polygon, Scene
+from demospec.studio.drawing._markup import joined
 
 VERDICTS = {True: "accepted", False: "rejected", None: "unsaid"}
 
@@ -40,89 +41,97 @@ def view_box(scene: Scene) -> tuple[float, float, float, float]:
 
 def scene_svg(
     scene: Scene, demonstrations: Iterable[Demonstration] = (), *, picture_url: str | None = None
-) -> str:
-    """SVG text: picture, outlined objects with their names, paths with class by verdict.
-
-    Everything that came from a file is escaped.
+) -> Markup:
+    """Picture, outlined objects with their names, paths with class by verdict.
 
     Args:
         picture_url: Where the browser finds the picture; by default it is inside, as PNG data.
     """
     x, y, width, height = view_box(scene)
-    line = max(width, height) / 200
-    parts = [
-        f'<svg class="scene" viewBox="{x:g} {y:g} {width:g} {height:g}" role="img" '
-        f'aria-label="Scene {escape(scene.scene_id)}" style="--line-px:{line:g}px" '
-        'xmlns="http://www.w3.org/2000/svg">'
-    ]
+    parts = []
     if scene.picture is not None:
         parts.append(
-            f'<image href="{picture_url or data_url(scene)}" x="0" y="0" '
-            f'width="{width:g}" height="{height:g}" preserveAspectRatio="none"/>'
+            Markup(
+                '<image href="{}" x="0" y="0" width="{:g}" height="{:g}" '
+                'preserveAspectRatio="none"/>'
+            ).format(picture_url or data_url(scene), width, height)
         )
     for item in scene.objects or ():
         parts.append(
-            f'<g class="object">{_outline(item.outline)}<title>{escape(item.symbol)} '
-            f"({escape(item.id)})</title></g>"
+            Markup('<g class="object">{}<title>{} ({})</title></g>').format(
+                _outline(item.outline), item.symbol, item.id
+            )
         )
-    parts.append(paths_svg(demonstrations))
-    parts.append(ends_svg(scene))
-    parts.append("</svg>")
-    return "".join(parts)
+    parts += [paths_svg(demonstrations), ends_svg(scene)]
+    return Markup(
+        '<svg class="scene" viewBox="{:g} {:g} {:g} {:g}" role="img" aria-label="Scene {}" '
+        'style="--line-px:{:g}px" xmlns="http://www.w3.org/2000/svg">{}</svg>'
+    ).format(x, y, width, height, scene.scene_id, max(width, height) / 200, joined(parts))
 
 
-def marks_svg(scene: Scene, inner: str) -> str:
+def marks_svg(scene: Scene, inner: Markup) -> Markup:
     """An SVG of the same view as `scene_svg`, to lie over it."""
     x, y, width, height = view_box(scene)
-    line = max(width, height) / 200
-    return (
-        f'<svg class="scene over" viewBox="{x:g} {y:g} {width:g} {height:g}" aria-hidden="true" '
-        f'style="--line-px:{line:g}px" xmlns="http://www.w3.org/2000/svg">{inner}</svg>'
-    )
+    return Markup(
+        '<svg class="scene over" viewBox="{:g} {:g} {:g} {:g}" aria-hidden="true" '
+        'style="--line-px:{:g}px" xmlns="http://www.w3.org/2000/svg">{}</svg>'
+    ).format(x, y, width, height, max(width, height) / 200, inner)
 
 
-def ends_svg(scene: Scene, *, words: bool = False) -> str:
+def ends_svg(scene: Scene, *, words: bool = False) -> Markup:
     """The start as a circle, the goal as a star; with `words` named so."""
     x, _, width, height = view_box(scene)
     r = max(width, height) / 50
     parts = []
-    for (ex, ey, *_), shape, name in (
-        (scene.start, "circle", "start"),
-        (scene.goal, "star", "goal"),
-    ):
-        title = f"<title>{name}</title>"
+    for (ex, ey, *_), name in ((scene.start, "start"), (scene.goal, "goal")):
         parts.append(
-            f'<circle class="end" cx="{ex:g}" cy="{ey:g}" r="{r:g}">{title}</circle>'
-            if shape == "circle"
-            else f'<path class="end" d="{_star(ex, ey, 1.6 * r)}">{title}</path>'
+            Markup(
+                '<circle class="end" cx="{:g}" cy="{:g}" r="{:g}"><title>start</title></circle>'
+            ).format(ex, ey, r)
+            if name == "start"
+            else Markup('<path class="end" d="{}"><title>goal</title></path>').format(
+                _star(ex, ey, 1.6 * r)
+            )
         )
         if words:
             # Beside the mark, on the side where there is room.
             right = ex - x < width / 2
             at, anchor = (ex + 2.2 * r, "start") if right else (ex - 2.2 * r, "end")
             parts.append(
-                f'<text class="end-word" x="{at:g}" y="{ey + 0.6 * r:g}" '
-                f'font-size="{1.7 * r:g}" text-anchor="{anchor}">{name}</text>'
+                Markup(
+                    '<text class="end-word" x="{:g}" y="{:g}" font-size="{:g}" '
+                    'text-anchor="{}">{}</text>'
+                ).format(at, ey + 0.6 * r, 1.7 * r, anchor, name)
             )
-    return "".join(parts)
+    return joined(parts)
 
 
-def paths_svg(demonstrations: Iterable[Demonstration], chosen: str | None = None) -> str:
+def paths_svg(demonstrations: Iterable[Demonstration], chosen: str | None = None) -> Markup:
     """Paths, each a light line under one in the colour and dash of its verdict."""
     parts = []
     for demo in demonstrations:
         verdict = VERDICTS[demo.valid]
-        points = " ".join(f"{px:.2f},{py:.2f}" for px, py in demo.xy)
+        points = points_of(demo.xy)
         who = demo.demonstrator or demo.type
-        by = f" by {escape(who)}" if who else ""
-        mark = " chosen" if demo.demo_id == chosen else ""
-        name = escape(demo.demo_id)
         parts.append(
-            f'<polyline class="halo" points="{points}"/>'
-            f'<polyline class="path {verdict}{mark}" points="{points}" data-id="{name}"><title>'
-            f"{escape(short_name(demo.demo_id))}: {verdict}{by}</title></polyline>"
+            Markup(
+                '<polyline class="halo" points="{0}"/><polyline class="path {1}{2}" '
+                'points="{0}" data-id="{3}"><title>{4}: {1}{5}</title></polyline>'
+            ).format(
+                points,
+                verdict,
+                " chosen" if demo.demo_id == chosen else "",
+                demo.demo_id,
+                short_name(demo.demo_id),
+                f" by {who}" if who else "",
+            )
         )
-    return "".join(parts)
+    return joined(parts)
+
+
+def points_of(path: Iterable[Iterable[float]]) -> str:
+    """The ``points`` of a polyline."""
+    return " ".join(f"{x:.2f},{y:.2f}" for x, y, *_ in path)
 
 
 def data_url(scene: Scene) -> str:
@@ -138,20 +147,18 @@ def data_url(scene: Scene) -> str:
     return "data:image/png;base64," + base64.b64encode(buffer.getvalue()).decode("ascii")
 
 
-def _outline(shape: Footprint) -> str:
+def _outline(shape: Footprint) -> Markup:
     if isinstance(shape, Polygon):
-        points = " ".join(f"{x:.2f},{y:.2f}" for x, y in shape.vertices)
-        return f'<polygon points="{points}"/>'
+        return Markup('<polygon points="{}"/>').format(points_of(shape.vertices))
     if isinstance(shape, Disc):
         x, y = shape.center
-        return f'<circle cx="{x:g}" cy="{y:g}" r="{max(shape.radius, 0.5):g}"/>'
+        radius = max(shape.radius, 0.5)
+        return Markup('<circle cx="{:g}" cy="{:g}" r="{:g}"/>').format(x, y, radius)
     assert isinstance(shape, Capsule)
     (x0, y0), (x1, y1) = shape.start, shape.end
-    width = 2 * shape.radius
-    return (
-        f'<line x1="{x0:g}" y1="{y0:g}" x2="{x1:g}" y2="{y1:g}" '
-        f'stroke-width="{width:g}" stroke-linecap="round"/>'
-    )
+    return Markup(
+        '<line x1="{:g}" y1="{:g}" x2="{:g}" y2="{:g}" stroke-width="{:g}" stroke-linecap="round"/>'
+    ).format(x0, y0, x1, y1, 2 * shape.radius)
 
 
 def _star(x: float, y: float, r: float) -> str:

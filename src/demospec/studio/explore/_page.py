@@ -6,9 +6,12 @@ import json
 from collections.abc import Callable
 from typing import Any
 
+from markupsafe import Markup
+
 from demospec.demonstrations import ValidityModel
 from demospec.errors import DemospecError, InputError
 from demospec.rules import RuleSet
+from demospec.studio.drawing._markup import element
 from demospec.studio.explore._answers import look, mend, put_down, scene_document, solutions
 from demospec.studio.explore._state import Edits, Explorer, Question
 from demospec.studio.session._workspace import Workbench
@@ -17,12 +20,12 @@ TRUTH = "truth"
 MOST_BYTES = 64_000
 """Longest request; the largest that the page makes has a few kB."""
 
-_GREETING = """
+_GREETING = Markup("""
 <div id="explore" class="explore" data-ready="no">
   <p class="soft">Loading the scenes and the models…</p>
   <noscript>This page needs JavaScript; everything is served from this machine.</noscript>
 </div>
-"""
+""")
 
 
 def register(workbench: Workbench) -> None:
@@ -34,7 +37,7 @@ def register(workbench: Workbench) -> None:
     @ui.page("/explore", title="Explore · demospec")
     def page() -> None:
         with page_frame("Explore", "explore", script="explore.js"):
-            ui.html(_GREETING, sanitize=False)
+            element(_GREETING)
 
     table = _Table(workbench)
     answers: dict[str, Callable[[dict[str, Any]], dict[str, Any]]] = {

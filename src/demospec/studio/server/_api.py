@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from html import escape
 from typing import Any
 
 # Loaded with the server only, whose extra brings it.
-from fastapi import APIRouter, Request
+from fastapi import APIRouter, Query, Request
+from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse, Response
+from markupsafe import Markup
 from pydantic import BaseModel, ConfigDict, Field
 
-from demospec.errors import InputError
+from demospec.errors import InputError, OutputError
+from demospec.studio.drawing._markup import element, joined
 from demospec.studio.session._replay import demonstration_body, png_of, scene_body
 from demospec.studio.session._upload import scene_from_picture
 from demospec.studio.session._workspace import Workbench
@@ -49,7 +51,7 @@ def register(workbench: Workbench) -> None:
     @ui.page("/docs", title="API · demospec")
     def docs() -> None:
         with page_frame("API", "docs"):
-            ui.html(docs_html(document), sanitize=False).classes("api-docs")
+            element(docs_html(document)).classes("api-docs")
 
 
 def install(app: Any, workbench: Workbench) -> Any:
@@ -60,7 +62,17 @@ def install(app: Any, workbench: Workbench) -> Any:
     async def refuse(_: Any, error: Exception) -> JSONResponse:
         return JSONResponse({"detail": str(error)}, status_code=422)
 
+    async def refuse_fields(_: Any, error: RequestValidationError) -> JSONResponse:
+        first = error.errors()[0]
+        place = ".".join(str(part) for part in first["loc"])
+        return JSONResponse({"detail": f"{place}: {first['msg']}"}, status_code=422)
+
+    async def cannot_keep(_: Any, error: Exception) -> JSONResponse:
+        return JSONResponse({"detail": str(error)}, status_code=507)
+
     app.add_exception_handler(InputError, refuse)
+    app.add_exception_handler(RequestValidationError, refuse_fields)
+    app.add_exception_handler(OutputError, cannot_keep)
     return router
 
 
@@ -93,12 +105,10 @@ def build_router(bench: Workbench) -> Any:
     def get_scenes() -> dict[str, Any]:
         return {"scenes": [scene_body(s) for s in bench.scenes]}
 
-    @router.get("/scenes/{scene_id}", summary="One scene")
-    def get_scene(scene_id: str) -> dict[str, Any]:
-        return scene_body(bench.scene(scene_id))
-
     @router.get(
-        "/scenes/{scene_id}/picture.png", summary="The scene's picture", response_class=Response
+        "/scenes/{scene_id:path}/picture.png",
+        summary="The scene's picture",
+        response_class=Response,
     )
     def get_picture(scene_id: str) -> Response:
         png = png_of(bench.scene(scene_id))
@@ -106,6 +116,10 @@ def build_router(bench: Workbench) -> Any:
             return Response("no picture", status_code=404, media_type="text/plain")
         keep = {"Cache-Control": "private, max-age=3600", "X-Content-Type-Options": "nosniff"}
         return Response(png, media_type="image/png", headers=keep)
+
+    @router.get("/scenes/{scene_id:path}", summary="One scene")
+    def get_scene(scene_id: str) -> dict[str, Any]:
+        return scene_body(bench.scene(scene_id))
 
     @router.post(
         "/scenes",
@@ -149,12 +163,12 @@ def build_router(bench: Workbench) -> Any:
         demo = bench.draw(**new.model_dump(), actor=ACTOR)
         return demonstration_body(demo)
 
-    @router.delete("/demonstrations/{demo_id}", summary="Take a demonstration away")
+    @router.delete("/demonstrations/{demo_id:path}", summary="Take a demonstration away")
     def delete_demonstration(demo_id: str) -> dict[str, Any]:
         bench.delete(demo_id, actor=ACTOR)
         return {"deleted": demo_id}
 
-    @router.put("/demonstrations/{demo_id}/label", summary="Accept, reject, or take back")
+    @router.put("/demonstrations/{demo_id:path}/label", summary="Accept, reject, or take back")
     def put_label(demo_id: str, verdict: Verdict) -> dict[str, Any]:
         bench.label(demo_id, verdict.valid, actor=ACTOR)
         return demonstration_body(bench.standing.demonstrations[demo_id])
@@ -172,7 +186,7 @@ def build_router(bench: Workbench) -> Any:
         return understand(bench.data(), type).to_json()
 
     @router.get("/query", summary="The path whose label would tell most")
-    def get_query(type: str, seed: int = 0) -> dict[str, Any]:
+    def get_query(type: str, seed: int = Query(0, ge=0, lt=2**31)) -> dict[str, Any]:
         found = question(bench.data(), type, seed=seed)
         known = understand(bench.data(), type)
         return {**found.to_json(), "advice": how_many_more(found, known)}
@@ -215,41 +229,47 @@ def zipped(folder: Any) -> bytes:
     return buffer.getvalue()
 
 
-def docs_html(document: dict[str, Any]) -> str:
+def docs_html(document: dict[str, Any]) -> Markup:
     """The OpenAPI document as a page of its own: nothing is fetched to show it."""
-    parts = [
-        f"<p class='lead'>{escape(document['info']['description'])} The machine-readable document "
-        "is <a href='/api/openapi.json'>openapi.json</a>.</p>"
-    ]
-    for path, methods in document["paths"].items():
-        for method, entry in methods.items():
-            wanted = "".join(
-                f"<li><code>{escape(p['name'])}</code> <span class='soft'>in the {p['in']}"
-                f"{'' if p.get('required') else ', may be left out'}</span></li>"
-                for p in entry.get("parameters", [])
-            )
-            body = "".join(
-                f"<li>body: <code>{escape(kind)}</code>{_fields(document, content)}</li>"
-                for kind, content in entry.get("requestBody", {}).get("content", {}).items()
-            )
-            parts.append(
-                f"<section class='card'><h2><span class='method {method}'>{method.upper()}</span> "
-                f"<code>{escape(path)}</code></h2><p>{escape(entry['summary'])}</p>"
-                f"<ul>{wanted}{body}</ul></section>"
-            )
-    return "".join(parts)
+    lead = Markup(
+        "<p class='lead'>{} The machine-readable document is "
+        "<a href='/api/openapi.json'>openapi.json</a>.</p>"
+    ).format(document["info"]["description"])
+    return lead + joined(
+        _entry(document, path, method, entry)
+        for path, methods in document["paths"].items()
+        for method, entry in methods.items()
+    )
 
 
-def _fields(document: dict[str, Any], content: dict[str, Any]) -> str:
+def _entry(document: dict[str, Any], path: str, method: str, entry: dict[str, Any]) -> Markup:
+    wanted = joined(
+        Markup("<li><code>{}</code> <span class='soft'>in the {}{}</span></li>").format(
+            p["name"], p["in"], "" if p.get("required") else ", may be left out"
+        )
+        for p in entry.get("parameters", [])
+    )
+    body = joined(
+        Markup("<li>body: <code>{}</code>{}</li>").format(kind, _fields(document, content))
+        for kind, content in entry.get("requestBody", {}).get("content", {}).items()
+    )
+    return Markup(
+        "<section class='card'><h2><span class='method {}'>{}</span> <code>{}</code></h2>"
+        "<p>{}</p><ul>{}{}</ul></section>"
+    ).format(method, method.upper(), path, entry["summary"], wanted, body)
+
+
+def _fields(document: dict[str, Any], content: dict[str, Any]) -> Markup:
     name = content["schema"].get("$ref", "").rsplit("/", 1)[-1]
     schema = document.get("components", {}).get("schemas", {}).get(name)
     if not schema:
-        return ""
+        return Markup()
     needed = schema.get("required", [])
-    items = "".join(
-        f"<li><code>{escape(key)}</code> <span class='soft'>"
-        f"{escape(value.get('description', ''))}{'' if key in needed else ' May be left out.'}"
-        "</span></li>"
-        for key, value in schema["properties"].items()
+    return Markup("<ul>{}</ul>").format(
+        joined(
+            Markup("<li><code>{}</code> <span class='soft'>{}{}</span></li>").format(
+                key, value.get("description", ""), "" if key in needed else " May be left out."
+            )
+            for key, value in schema["properties"].items()
+        )
     )
-    return f"<ul>{items}</ul>"

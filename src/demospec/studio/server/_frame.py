@@ -7,6 +7,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from markupsafe import Markup
+
+from demospec.studio.drawing._markup import element
+
 STATIC = Path(__file__).parents[1] / "static"
 ADDRESS = "/studio-static"
 
@@ -48,12 +52,12 @@ def page_frame(title: str, active: str, *, script: str | None = None) -> Iterato
     ui.dark_mode(None)
     ui.query(".nicegui-content").classes("studio-content")
     with ui.element("header").classes("studio-header"):
-        ui.html('<a class="brand" href="/teach">demospec <span>studio</span></a>', sanitize=False)
+        element(Markup('<a class="brand" href="/teach">demospec <span>studio</span></a>'))
         with ui.element("nav").props('aria-label="Pages"'):
             for key, words, path in PAGES:
-                mark = ' aria-current="page"' if key == active else ""
-                ui.html(f'<a href="{path}"{mark}>{words}</a>', sanitize=False)
+                here = Markup(' aria-current="page"') if key == active else ""
+                element(Markup('<a href="{}"{}>{}</a>').format(path, here, words))
     with ui.element("div").classes(f"studio-main page-{active}") as main:
-        ui.html(f'<h1 class="out-of-sight">{title}</h1>', sanitize=False)
+        element(title, "h1").classes("out-of-sight")
         main.props("inert" if script is None else "inert data-prepares")
         yield main

@@ -50,7 +50,7 @@ class Guard:
         if self.token is None and name not in OWN_NAMES:
             return 421, "this studio answers to 127.0.0.1 and localhost only"
         origin = headers.get("origin")
-        if origin is not None and urlsplit(origin).netloc != host:
+        if origin is not None and _place(origin) != host:
             return 403, "pages of other origins may not ask the studio"
         if self.token is not None and not self._brings_token(scope, headers):
             return 401, "open the address with ?token=… as the studio printed it"
@@ -81,6 +81,14 @@ class Guard:
         brought.append(None if cookie is None else cookie.value)
         mine = self.token.encode()
         return any(secrets.compare_digest(b.encode(), mine) for b in brought if b is not None)
+
+
+def _place(origin: str) -> str | None:
+    """Host and port of an origin; None where it is none."""
+    try:
+        return urlsplit(origin).netloc
+    except ValueError:
+        return None
 
 
 async def _refuse(scope: Scope, receive: Receive, send: Send, status: int, words: str) -> None:

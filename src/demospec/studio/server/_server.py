@@ -42,6 +42,8 @@ def serve(
         InputError: The set cannot be read; a foreign host without a token; the port is taken.
         MissingExtraError: nicegui is absent.
     """
+    if token == "":
+        raise InputError("a secret that is not empty", "nothing", field="--token")
     if host not in LOOPBACK and not token:
         raise InputError("a token (--token) where others can reach the studio", "none", field=host)
     _must_be_free(host, port)
@@ -57,13 +59,15 @@ def serve(
     from demospec.studio.server import _api
     from demospec.studio.server._frame import ADDRESS, STATIC
     from demospec.studio.server._guard import Guard
+    from demospec.studio.server._policy import Policy
     from demospec.studio.teach import _page as _teach
 
     workbench = Workbench(set_folder, model, run, out=out, scenes_only=scenes_only)
     # Asked for each time: a script of yesterday's version does not fit today's page.
     app.add_static_files(ADDRESS, STATIC, max_cache_age=0)
     app.get("/", include_in_schema=False)(lambda: RedirectResponse("/teach"))
-    app.add_middleware(Guard, token=token)
+    app.add_middleware(Policy)
+    app.add_middleware(Guard, token=token)  # the last one added comes first
     for page in (_teach, _explore, _results, _api):
         page.register(workbench)
     keep_written(workbench)

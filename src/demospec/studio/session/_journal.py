@@ -97,13 +97,17 @@ class Journal:
     def _writing(self) -> Iterator[None]:
         """One transaction: nobody else writes meanwhile, and it happens whole or not at all."""
         with self._lock:
-            self._base.execute("BEGIN IMMEDIATE")
             try:
-                yield
-            except BaseException:
-                self._base.execute("ROLLBACK")
-                raise
-            self._base.execute("COMMIT")
+                self._base.execute("BEGIN IMMEDIATE")
+                try:
+                    yield
+                except BaseException:
+                    if self._base.in_transaction:  # a full disk has ended it already
+                        self._base.execute("ROLLBACK")
+                    raise
+                self._base.execute("COMMIT")
+            except sqlite3.Error as error:
+                raise OutputError(f"{self.file}: nothing was kept: {error}") from error
 
     @contextmanager
     def alone(self) -> Iterator[None]:
@@ -140,8 +144,17 @@ class Journal:
             last = self._known[-1].seq if self._known else 0
             query = "SELECT seq, at, actor, kind, body, blob FROM events WHERE seq > ? ORDER BY seq"
             for seq, at, actor, kind, body, blob in self._base.execute(query, (last,)):
-                self._known.append(Event(seq, at, actor, kind, json.loads(body), blob))
+                self._known.append(Event(seq, at, actor, kind, self._body(seq, body), blob))
             return tuple(self._known)
+
+    def _body(self, seq: int, text: str) -> Mapping[str, Any]:
+        try:
+            body = json.loads(text)
+        except (ValueError, TypeError, RecursionError) as error:
+            raise InputError("a JSON object", "another", file=self.file, row=seq) from error
+        if not isinstance(body, dict):
+            raise InputError("a JSON object", body, file=self.file, row=seq)
+        return body
 
     def append(
         self, kind: str, body: Mapping[str, Any], *, actor: str, blob: bytes | None = None

@@ -90,8 +90,12 @@ class Workbench:
         before = () if scenes_only or self.original is None else self.original.demonstrations
         self._before: tuple[Demonstration, ...] = tuple(before)
         self.journal = Journal(file, _digest(self.original, scenes_only))
-        if self.original is None and not self.scenes:
-            self._lay_new_scenes()
+        try:
+            if not self.scenes:  # a damaged journal is refused here, in one line
+                self._lay_new_scenes()
+        except InputError:
+            self.journal.close()
+            raise
 
     @property
     def name(self) -> str:
@@ -113,7 +117,12 @@ class Workbench:
             events = self.journal.events()
             if self._standing is None or self._standing[0] != len(events):
                 scenes = () if self.original is None else self.original.scenes
-                now = taught(scenes, self._before, events, self._parsed)
+                try:
+                    now = taught(scenes, self._before, events, self._parsed)
+                except (KeyError, TypeError, ValueError, IndexError, OSError) as error:
+                    found = f"{type(error).__name__} {error}"
+                    expected = "events as the studio writes them"
+                    raise InputError(expected, found, file=self.journal.file) from error
                 self._standing = (len(events), now)
             return self._standing[1]
 

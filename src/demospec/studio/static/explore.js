@@ -213,8 +213,10 @@ function paint() {
   const one = doc.verdicts.find((v) => v.type === state.type);
   const word = root.querySelector(".ex-word");
   if (one) {
-    word.innerHTML = `<span class="ex-chip ${one.valid ? "yes" : "no"}">${one.valid ? "✓ accepted" : "✕ rejected"}</span>`;
-    word.append(doc.certain ? ` by ${state.type}` : ` by ${state.type}, p(valid) ${percent(one.p_valid)}`);
+    const chip = document.createElement("span");
+    chip.className = `ex-chip ${one.valid ? "yes" : "no"}`;
+    chip.textContent = one.valid ? "✓ accepted" : "✕ rejected";
+    word.replaceChildren(chip, doc.certain ? ` by ${state.type}` : ` by ${state.type}, p(valid) ${percent(one.p_valid)}`);
     root.querySelector(".ex-why").textContent = doc.why.sentence.replace(/\.$/, doc.why.counterfactual_follows ? " …" : ".");
     root.querySelector(".ex-verdict").setAttribute("aria-busy", String(moving));
   }
@@ -228,8 +230,9 @@ function paint() {
   box.innerHTML = `<div class="ex-pair"><figure><svg></svg><figcaption>before</figcaption></figure>
     <figure><svg></svg><figcaption>after</figcaption></figure></div>
     <table><thead><tr><th>type</th><th>before</th><th>after</th><th>change</th></tr></thead><tbody></tbody></table>
-    <p class="soft">Share of all paths that are accepted${doc.certain ? "" : " (mean p)"}; ✓ ✕ this path.</p>
+    <p class="soft ex-share"></p>
     <button class="plain-button" data-do="takeBack">Take it away again</button>`;
+  box.querySelector(".ex-share").textContent = `Share of all paths that are accepted${doc.certain ? "" : " (mean p)"}; ✓ ✕ this path.`;
   const at = doc.small.findIndex((m) => m.type === state.type);
   const [first, second] = box.querySelectorAll("svg");
   drawSmall(first, doc.before.scene, doc.before.small[at], state.control, doc.before.verdicts[at].valid);

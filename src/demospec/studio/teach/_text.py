@@ -1,58 +1,66 @@
-"""The Teach page's texts: HTML made of results. Whatever came from a person is escaped."""
+"""The Teach page's texts, as markup made of results."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from html import escape
+
+from markupsafe import Markup
 
 from demospec.demonstrations import Demonstration
 from demospec.frames import describe_length
+from demospec.studio.drawing._markup import joined
 from demospec.studio.drawing._scene_svg import VERDICTS, short_name
 from demospec.studio.teach._summary import Conflict, Understood
 
 
-def understood_html(found: Understood, scale: float | None, units: str) -> str:
+def understood_html(found: Understood, scale: float | None, units: str) -> Markup:
     """Counts, the sentence, and a bar for the interval of every symbol that matters."""
-    who = escape(found.type)
-    counts = (
-        "<ul class='counts'>"
-        f"<li><span class='key accepted'></span>{found.accepted} accepted</li>"
-        f"<li><span class='key rejected'></span>{found.rejected} rejected</li>"
-        + (
-            f"<li><span class='key unsaid'></span>{found.unsaid} unsaid</li>"
-            if found.unsaid
-            else ""
+    numbers = (
+        ("accepted", found.accepted), ("rejected", found.rejected), ("unsaid", found.unsaid)
+    )  # fmt: skip
+    counts = Markup("<ul class='counts'>{}</ul>").format(
+        joined(
+            Markup("<li><span class='key {0}'></span>{1} {0}</li>").format(name, n)
+            for name, n in numbers
+            if n or name != "unsaid"
         )
-        + "</ul>"
     )
     if found.rule is None and not found.accepted + found.rejected:
-        whose = "you" if found.type == "me" else f"<b>{who}</b>"
-        return (
-            f"{counts}<p class='sentence soft'>Draw a path that {whose} would accept, and one that "
-            "comes too near to something. Two are enough to begin; rings will show what was "
-            "understood.</p>"
-        )
-    html = f"{counts}<p class='sentence'><b>{who}</b>: {escape(found.sentence)}.</p>"
+        whose = "you" if found.type == "me" else Markup("<b>{}</b>").format(found.type)
+        return counts + Markup(
+            "<p class='sentence soft'>Draw a path that {} would accept, and one that comes too "
+            "near to something. Two are enough to begin; rings will show what was understood.</p>"
+        ).format(whose)
+    told = counts + Markup("<p class='sentence'><b>{}</b>: {}.</p>").format(
+        found.type, found.sentence
+    )
     if found.rule is None or not found.rule.value:
-        return html
+        return told
     finite = [b for ends in found.rule.interval.values() for b in ends if math.isfinite(b)]
     top = 1.15 * max([*finite, *found.rule.value.values(), 1e-9])
     rows = []
     for symbol, value in found.rule.value.items():
         low, high = found.rule.interval.get(symbol, (value, value))
         low = max(low, 0.0)
-        ends = span_words(low, high, scale, units)
         a, b = 100 * low / top, 100 * min(high, top) / top
         sure = found.probability.get(symbol)
         words = "" if sure is None else f"matters with probability {sure:.2f}"
         rows.append(
-            f"<div class='bar-row' title='{escape(words)}'><span class='bar-name'>{escape(symbol)}"
-            f"</span><span class='bar'><span class='{'open' if not math.isfinite(high) else ''}' "
-            f"style='left:{a:.1f}%;width:{max(b - a, 1.0):.1f}%'></span></span>"
-            f"<span class='bar-ends'>{ends}</span></div>"
+            Markup(
+                "<div class='bar-row' title='{}'><span class='bar-name'>{}</span><span class='bar'>"
+                "<span class='{}' style='left:{:.1f}%;width:{:.1f}%'></span></span>"
+                "<span class='bar-ends'>{}</span></div>"
+            ).format(
+                words,
+                symbol,
+                "" if math.isfinite(high) else "open",
+                a,
+                max(b - a, 1.0),
+                span_words(low, high, scale, units),
+            )
         )
-    return f"{html}<div class='bars'>{''.join(rows)}</div>"
+    return told + Markup("<div class='bars'>{}</div>").format(joined(rows))
 
 
 def span_words(low: float, high: float, scale: float | None, units: str) -> str:
@@ -69,43 +77,45 @@ def span_words(low: float, high: float, scale: float | None, units: str) -> str:
     )
 
 
-def rows_html(demos: Iterable[Demonstration], chosen: str | None) -> list[tuple[str, str, bool]]:
-    """(demo id, HTML, whether chosen) of the list of paths."""
-    out = []
-    for d in demos:
-        verdict = VERDICTS[d.valid]
-        who = f" · {escape(d.demonstrator)}" if d.demonstrator else ""
-        out.append(
-            (
-                d.demo_id,
-                f"<span class='key {verdict}'></span>{escape(short_name(d.demo_id))} "
-                f"{verdict}{who}",
-                d.demo_id == chosen,
-            )
+def rows_html(demos: Iterable[Demonstration], chosen: str | None) -> list[tuple[str, Markup, bool]]:
+    """(demo id, its line, whether chosen) of the list of paths."""
+    return [
+        (
+            d.demo_id,
+            Markup("<span class='key {0}'></span>{1} {0}{2}").format(
+                VERDICTS[d.valid], short_name(d.demo_id),
+                f" · {d.demonstrator}" if d.demonstrator else "",
+            ),
+            d.demo_id == chosen,
         )
-    return out
+        for d in demos
+    ]  # fmt: skip
 
 
-def culprit_words(conflicts: Sequence[Conflict]) -> str:
-    """``#4 (accepted) contradicts 12 rejections``, in words, as HTML."""
-    name = escape(short_name(conflicts[0].against[0]))
-    some = [f"<b>{escape(short_name(c.demo_id))}</b>" for c in conflicts[:3]]
-    listed = ", ".join(some) + (" and others" if len(conflicts) > 3 else "")
-    return (
-        f"<b>{name}</b> is accepted, yet it comes at least as near as {len(conflicts)} rejected "
-        f"paths ({listed}). Is it right?"
-    )
+def culprit_words(conflicts: Sequence[Conflict]) -> Markup:
+    """``#4 (accepted) contradicts 12 rejections``, in words."""
+    some = joined((_name(c.demo_id) for c in conflicts[:3]), ", ")
+    return Markup(
+        "{} is accepted, yet it comes at least as near as {} rejected paths ({}{}). Is it right?"
+    ).format(
+        _name(conflicts[0].against[0]), len(conflicts), some,
+        " and others" if len(conflicts) > 3 else "",
+    )  # fmt: skip
 
 
-def conflict_words(conflict: Conflict) -> str:
-    """``#7 (rejected) contradicts #4 and #9 (accepted)``, in words, as HTML."""
-    name = escape(short_name(conflict.demo_id))
+def conflict_words(conflict: Conflict) -> Markup:
+    """``#7 (rejected) contradicts #4 and #9 (accepted)``, in words."""
+    name = _name(conflict.demo_id)
     if not conflict.against:
-        return f"<b>{name}</b> is rejected, but passes nothing: distance cannot be the reason."
-    others = [f"<b>{escape(short_name(o))}</b>" for o in conflict.against]
-    listed = others[0] if len(others) == 1 else f"{', '.join(others[:-1])} and {others[-1]}"
-    verb = "comes" if len(others) == 1 else "come"
-    return (
-        f"<b>{name}</b> is rejected, yet {listed}, accepted, {verb} at least as near. "
-        "Keep both, or change one?"
-    )
+        return name + " is rejected, but passes nothing: distance cannot be the reason."
+    *others, last = [_name(o) for o in conflict.against]
+    return Markup(
+        "{} is rejected, yet {}, accepted, {} at least as near. Keep both, or change one?"
+    ).format(
+        name, joined([joined(others, ", "), last], " and ") if others else last,
+        "come" if others else "comes",
+    )  # fmt: skip
+
+
+def _name(demo_id: str) -> Markup:
+    return Markup("<b>{}</b>").format(short_name(demo_id))

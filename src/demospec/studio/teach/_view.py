@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Coroutine
-from html import escape
 from typing import Any
 from urllib.parse import quote
 
+from markupsafe import Markup
+
 from demospec.studio.drawing._contours import rings_svg
+from demospec.studio.drawing._markup import element, fill, joined
 from demospec.studio.drawing._scene_svg import (
     ends_svg,
     marks_svg,
     paths_svg,
+    points_of,
     scene_svg,
     short_name,
     view_box,
@@ -55,10 +58,10 @@ class TeachView:
                 # The script finds the scene's geometry in `data-scene`.
                 self.stage = ui.element("div").props("id=stage").classes("stage")
                 with self.stage:
-                    self.picture = ui.html("", sanitize=False)
-                    self.marks = ui.html("", sanitize=False).classes("marks")
-                    self.pen = ui.html("", sanitize=False).classes("marks")
-                ui.html("", sanitize=False).props('id=hint role="status"').classes("hint soft")
+                    self.picture = element()
+                    self.marks = element().classes("marks")
+                    self.pen = element().classes("marks")
+                element().props('id=hint role="status"').classes("hint soft")
                 self._build_actions()
             with ui.element("aside").classes("teach-side").props('aria-label="Understanding"'):
                 self._build_objects()
@@ -66,11 +69,9 @@ class TeachView:
                 self._build_people()
                 self._build_paths()
 
-    def _button(self, words: str, what: str, *, key: str = "", look: str = "") -> Any:
-        from nicegui import ui
-
-        hint = f"<kbd>{key}</kbd>" if key else ""
-        button = ui.html(words + hint, sanitize=False, tag="button").props("type=button")
+    def _button(self, words: str | Markup, what: str, *, key: str = "", look: str = "") -> Any:
+        hint = Markup("<kbd>{}</kbd>").format(key) if key else ""
+        button = element(joined([words, hint]), "button").props("type=button")
         return button.classes(f"plain-button {look}").on(
             "click", lambda: self.on_act(what), args=[]
         )
@@ -79,14 +80,16 @@ class TeachView:
         from nicegui import ui
 
         with ui.element("div").classes("scene-bar"):
-            self.heading = ui.html("", sanitize=False, tag="h2")
-            self._button("←<span class='out-of-sight'>Previous scene</span>", "previous")
+            self.heading = element(tag="h2")
+            previous = Markup("←<span class='out-of-sight'>Previous scene</span>")
+            self._button(previous, "previous")
             self._button("Next scene", "next", key="N")
-            ui.html(
-                "<label class='plain-button' tabindex='-1'>Add a picture…<input id='picture-file' "
-                "class='out-of-sight' type='file' "
-                "accept='image/png,image/jpeg,image/webp'></label>",
-                sanitize=False,
+            element(
+                Markup(
+                    "<label class='plain-button' tabindex='-1'>Add a picture…<input "
+                    "id='picture-file' class='out-of-sight' type='file' "
+                    "accept='image/png,image/jpeg,image/webp'></label>"
+                )
             )
 
     def _build_actions(self) -> None:
@@ -98,58 +101,58 @@ class TeachView:
             self.undo = self._button("Undo", "undo", key="U")
             self.redo = self._button("Redo", "redo", key="⇧U")
             self.delete = self._button("Delete", "delete", key="Del")
-            ui.html("Replay<kbd>Space</kbd>", sanitize=False, tag="button").props(
+            element(Markup("Replay<kbd>Space</kbd>"), "button").props(
                 "id=replay type=button"
             ).classes("plain-button")
-            ui.html(
-                "<label class='speed'><span class='soft'>Speed</span> <select id='speed' "
-                "class='plain-input'><option value='0.5'>½</option>"
-                "<option value='1' selected>1</option><option value='2'>2</option>"
-                "<option value='4'>4</option>"
-                "</select></label>",
-                sanitize=False,
+            element(
+                Markup(
+                    "<label class='speed'><span class='soft'>Speed</span> <select id='speed' "
+                    "class='plain-input'><option value='0.5'>½</option>"
+                    "<option value='1' selected>1</option><option value='2'>2</option>"
+                    "<option value='4'>4</option></select></label>"
+                )
             )
 
     def _build_understood(self) -> None:
         from nicegui import ui
 
         with ui.element("section").classes("card understood"):
-            ui.html("Understood so far", sanitize=False, tag="h2")
-            self.words = ui.html("<p class='soft'>Looking at what is there…</p>", sanitize=False)
+            element("Understood so far", "h2")
+            self.words = element(Markup("<p class='soft'>Looking at what is there…</p>"))
             self.words.props('aria-live="polite"')
             self.conflicts = ui.element("div").classes("conflicts")
             with ui.element("div").classes("ask"):
                 self.ask = self._button("Ask me", "ask", key="Q", look="ask-button")
-                self.advice = ui.html("", sanitize=False).classes("soft")
+                self.advice = element().classes("soft")
 
     def _build_objects(self) -> None:
         """Where the set does not list a scene's objects, people do."""
         from nicegui import ui
 
         with ui.element("section").classes("card objects") as self.objects:
-            ui.html("What stands here", sanitize=False, tag="h2")
-            ui.html(
-                "Name an object, press <b>Mark</b>, and draw a loop around it. Distances are "
-                "measured to what is marked.",
-                sanitize=False, tag="p",
-            ).classes("soft")  # fmt: skip
+            element("What stands here", "h2")
+            element(
+                Markup(
+                    "Name an object, press <b>Mark</b>, and draw a loop around it. Distances are "
+                    "measured to what is marked."
+                ),
+                "p",
+            ).classes("soft")
             with ui.element("div").classes("mark-row"):
-                ui.html("<label for='object-word'>It is a</label>", sanitize=False)
+                element(Markup("<label for='object-word'>It is a</label>"))
                 ui.element("input").props(
                     'id=object-word autocomplete=off maxlength=60 placeholder="cup"'
                 ).classes("plain-input").on(
                     "input", lambda e: self.on_act("object_word", e.args),
                     js_handler="(e) => emit(e.target.value)",
                 )  # fmt: skip
-                ui.html("Mark", sanitize=False, tag="button").props(
-                    "id=mark type=button aria-pressed=false"
-                ).classes("plain-button")
+                element("Mark", "button").props("id=mark type=button aria-pressed=false").classes(
+                    "plain-button"
+                )
             self.marked = ui.element("div").classes("marked")
             self.find = self._button("Find objects by themselves", "find")
 
     def _show_objects(self) -> None:
-        from nicegui import ui
-
         state = self.state
         may = state.bench.may_mark(state.scene_id)
         self.objects.set_visibility(may)
@@ -159,10 +162,10 @@ class TeachView:
         self.find.set_visibility(state.scene.picture is not None and state.scene.objects is None)
         with self.marked:
             for item in state.scene.objects or ():
-                html = f"{escape(item.id)} <span aria-hidden='true'>×</span>"
-                ui.html(html, sanitize=False, tag="button").props(
-                    f'type=button aria-label="{escape(item.id)}: take it off the list"'
-                ).classes("plain-button small").on(
+                words = Markup("{} <span aria-hidden='true'>×</span>").format(item.id)
+                button = element(words, "button").props("type=button")
+                button.props["aria-label"] = f"{item.id}: take it off the list"
+                button.classes("plain-button small").on(
                     "click", lambda name=item.id: self.on_act("unmark", name), args=[]
                 )
 
@@ -172,7 +175,7 @@ class TeachView:
         # Without a value of the element's own: every update of the page would set it again,
         # over what a person is typing. `remember` fills the fields.
         def field(label: str, id: str, what: str, extra: str = "") -> Any:
-            ui.html(f"<label for='{id}'>{label}</label>", sanitize=False)
+            element(Markup("<label for='{}'>{}</label>").format(id, label))
             return (
                 ui.element("input")
                 .props(f'id={id} autocomplete=off maxlength=60 {extra}')
@@ -182,44 +185,45 @@ class TeachView:
             )  # fmt: skip
 
         with ui.element("section").classes("card people"):
-            ui.html("Who is teaching", sanitize=False, tag="h2")
+            element("Who is teaching", "h2")
             with ui.element("div").classes("fields"):
                 field("Type", "type-field", "type", "aria-describedby=type-words")
                 self.types = ui.element("div").classes("type-chips")
                 field("Name", "name-field", "demonstrator", 'placeholder="may be left out"')
-                ui.html("<label for='next-field'>Next scene</label>", sanitize=False)
+                element(Markup("<label for='next-field'>Next scene</label>"))
                 with ui.element("select").props("id=next-field").classes("plain-input").on(
                     "change", lambda e: self.on_act("next_after", e.args),
                     js_handler="(e) => emit(e.target.value)",
                 ):  # fmt: skip
                     for words, number in NEXT_AFTER.items():
                         mark = " selected" if number == self.state.next_after else ""
-                        ui.html(escape(words), sanitize=False, tag="option").props(
-                            f'value="{words}"{mark}'
-                        )
-            ui.html(
+                        element(words, "option").props(f'value="{words}"{mark}')
+            element(
                 "A type is a kind of person, such as careful. Its paths are understood together.",
-                sanitize=False, tag="p",
-            ).props("id=type-words").classes("soft type-words")  # fmt: skip
+                "p",
+            ).props("id=type-words").classes("soft type-words")
 
     def _build_paths(self) -> None:
         from nicegui import ui
 
         with ui.element("section").classes("card paths"):
-            self.paths_heading = ui.html("", sanitize=False, tag="h2")
+            self.paths_heading = element(tag="h2")
             self.list = ui.element("div").classes("path-list")
-            ui.html(
-                "<a class='plain-button' href='/api/export/rules' download='rules.json'>"
-                "Save the rules</a>"
-                "<a class='plain-button' href='/api/export/set.zip' download='set.zip'>"
-                "Save the set</a>",
-                sanitize=False, tag="p",
-            ).classes("take")  # fmt: skip
-            ui.html(
-                "Every stroke is saved at once; the set is written to "
-                f"<code>{escape(str(self.state.bench.out))}</code>.",
-                sanitize=False, tag="p",
-            ).classes("soft saved")  # fmt: skip
+            element(
+                Markup(
+                    "<a class='plain-button' href='/api/export/rules' download='rules.json'>"
+                    "Save the rules</a>"
+                    "<a class='plain-button' href='/api/export/set.zip' download='set.zip'>"
+                    "Save the set</a>"
+                ),
+                "p",
+            ).classes("take")
+            element(
+                Markup(
+                    "Every stroke is saved at once; the set is written to <code>{}</code>."
+                ).format(self.state.bench.out),
+                "p",
+            ).classes("soft saved")
 
     def show(self) -> None:
         """Everything that needs no computing."""
@@ -237,13 +241,16 @@ class TeachView:
                 if scene.picture is None
                 else f"/api/scenes/{quote(scene.scene_id, safe='')}/picture.png"
             )
-            self.picture.set_content(scene_svg(scene, picture_url=url))
+            fill(self.picture, scene_svg(scene, picture_url=url))
             x, y, width, height = view_box(scene)
-            self.pen.set_content(
-                f'<svg id="pen" class="scene over" viewBox="{x:g} {y:g} {width:g} {height:g}" '
-                f'style="--line-px:{max(width, height) / 200:g}px" tabindex="0" role="application" '
-                'aria-label="Draw a path from the circle to the star. With the keyboard: '
-                'arrow keys bend a path, Enter draws it."></svg>'
+            fill(
+                self.pen,
+                Markup(
+                    '<svg id="pen" class="scene over" viewBox="{:g} {:g} {:g} {:g}" '
+                    'style="--line-px:{:g}px" tabindex="0" role="application" '
+                    'aria-label="Draw a path from the circle to the star. With the keyboard: '
+                    'arrow keys bend a path, Enter draws it."></svg>'
+                ).format(x, y, width, height, max(width, height) / 200),
             )
             self.stage.style(f"--wide:{width:g};--high:{height:g}")
             self.stage._props["data-scene"] = json.dumps(
@@ -257,8 +264,11 @@ class TeachView:
         self.stage._props["data-hint"] = state.hint
         self.stage.update()
         total = len(standing.scenes)
-        self.heading.set_content(
-            f"Scene {escape(scene.scene_id)} <span class='soft'>{place + 1} of {total}</span>"
+        fill(
+            self.heading,
+            Markup("Scene {} <span class='soft'>{} of {}</span>").format(
+                scene.scene_id, place + 1, total
+            ),
         )
         self._show_marks()
         self._show_list()
@@ -274,8 +284,6 @@ class TeachView:
 
     def _show_types(self) -> None:
         """The types there are, one click each."""
-        from nicegui import ui
-
         now = (self.state.bench.types, self.state.type)
         if now == self._shown_types:
             return
@@ -283,7 +291,7 @@ class TeachView:
         self.types.clear()
         with self.types:
             for name in now[0] if now[0] != (now[1],) else ():
-                ui.html(escape(name), sanitize=False, tag="button").props(
+                element(name, "button").props(
                     f"type=button aria-pressed={'true' if name == now[1] else 'false'}"
                 ).classes("plain-button small").on(
                     "click", lambda name=name: self.on_act("type", name), args=[]
@@ -295,24 +303,24 @@ class TeachView:
         rings = rings_svg(state.scene, state.understood.rule, bench.metres_per_unit, bench.units)
         parts = [rings, paths_svg(state.here, state.chosen)]
         if state.asked is not None and state.asked.points is not None:
-            points = " ".join(f"{p[0]:.1f},{p[1]:.1f}" for p in state.asked.points)
-            parts.append(f'<polyline class="halo" points="{points}"/>')
-            parts.append(f'<polyline class="question-path" points="{points}"/>')
+            points = points_of(state.asked.points)
+            for look in ("halo", "question-path"):
+                parts.append(Markup('<polyline class="{}" points="{}"/>').format(look, points))
         parts.append(ends_svg(state.scene, words=len(parts) == 2 and not state.here))
-        self.marks.set_content(marks_svg(state.scene, "".join(parts)))
+        fill(self.marks, marks_svg(state.scene, joined(parts)))
 
     def _show_list(self) -> None:
-        from nicegui import ui
-
         rows = rows_html(self.state.here, self.state.chosen)
-        of = escape(self.state.type)
-        self.paths_heading.set_content(
-            f"Paths of {of} in this scene <span class='soft'>{len(rows)}</span>"
+        fill(
+            self.paths_heading,
+            Markup("Paths of {} in this scene <span class='soft'>{}</span>").format(
+                self.state.type, len(rows)
+            ),
         )
         self.list.clear()
         with self.list:
-            for name, html, chosen in rows[-MOST_ROWS:]:
-                ui.html(html, sanitize=False, tag="button").props(
+            for name, words, chosen in rows[-MOST_ROWS:]:
+                element(words, "button").props(
                     f"type=button aria-pressed={'true' if chosen else 'false'}"
                 ).on("click", lambda name=name: self.on_act("pick", name), args=[])
 
@@ -321,9 +329,8 @@ class TeachView:
         from nicegui import ui
 
         state, bench = self.state, self.state.bench
-        self.words.set_content(
-            understood_html(state.understood, bench.metres_per_unit, bench.units)
-        )
+        told = understood_html(state.understood, bench.metres_per_unit, bench.units)
+        fill(self.words, told)
         self.words.props(f"data-ms={1000 * seconds:.0f} data-version={bench.version}")
         self._show_marks()
         self.conflicts.clear()
@@ -333,7 +340,7 @@ class TeachView:
                 with ui.element("div").classes("conflict").props("role=group"):
                     alone = len(some) == 1
                     words = conflict_words(some[0]) if alone else culprit_words(some)
-                    ui.html(words, sanitize=False, tag="p")
+                    element(words, "p")
                     self._choice("Keep" if alone else "Keep all", "keep", some)
                     if alone:
                         name = some[0].demo_id
@@ -341,20 +348,18 @@ class TeachView:
                     for other in some[0].against:
                         self._choice(f"Reject {short_name(other)}", "change", (other, False))
             if len(asked) > 3:
-                ui.html(f"and {len(asked) - 3} more", sanitize=False, tag="p")
+                element(f"and {len(asked) - 3} more", "p")
 
     def _choice(self, words: str, what: str, value: Any) -> None:
-        from nicegui import ui
-
-        ui.html(escape(words), sanitize=False, tag="button").props("type=button").classes(
-            "plain-button small"
-        ).on("click", lambda: self.on_act(what, value), args=[])
+        element(words, "button").props("type=button").classes("plain-button small").on(
+            "click", lambda: self.on_act(what, value), args=[]
+        )
 
     def show_advice(self) -> None:
         """How many more would help."""
         state = self.state
         asked = "Is the green path acceptable? Accept or reject it."
-        self.advice.set_content(escape(state.advice) if state.asked is None else asked)
+        fill(self.advice, state.advice if state.asked is None else asked)
 
     def tell(self, words: str) -> None:
         """One line under the scene."""
