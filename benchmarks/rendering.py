@@ -16,6 +16,7 @@ import statistics
 import sys
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
@@ -53,28 +54,27 @@ def cpu_ms(work: Callable[[int], object], repeats: int) -> float:
 
 def again(scene: Scene, table_seed: int) -> Scene:
     """The same objects composed anew, on a table that is not kept from before."""
-    render = dict(scene.extra)["render"]
+    recipe = scene.recipe
+    assert recipe is not None
     catalogue = load_catalogue()
     placements = [
-        Placement(
-            catalogue.item(render["items"][o.id]["item"]), o.center, render["items"][o.id]["angle"]
-        )
+        Placement(catalogue.item(recipe.items[o.id].item), o.center, recipe.items[o.id].angle)
         for o in scene.listed_objects()
     ]
-    table = {**render["table"], "seed": table_seed}
+    table = replace(recipe.table, seed=table_seed)
     size = scene.size_px
     assert size is not None
-    return compose_scene("s", placements, table=table, light=render["light"], size_px=size[0])
+    return compose_scene("s", placements, table=table, light=recipe.light, size_px=size[0])
 
 
 def bytes_of(scene: Scene) -> int:
     """Sprite samples and float picture of a scene."""
-    render = dict(scene.extra)["render"]
+    recipe = scene.recipe
+    assert recipe is not None
     catalogue = load_catalogue()
     total = scene.pixels().size * 8
-    for entry in render["items"].values():
-        item = catalogue.item(entry["item"])
-        total += item.sprite(entry["angle"], 1 / render["metres_per_px"]).nbytes
+    for entry in recipe.items.values():
+        total += catalogue.item(entry.item).sprite(entry.angle, 1 / recipe.metres_per_px).nbytes
     return int(total)
 
 

@@ -23,7 +23,7 @@ def simulated():  # type: ignore[no-untyped-def]
 @pytest.fixture(scope="module")
 def photographs(simulated):  # type: ignore[no-untyped-def]
     """The same pictures without a word on how they were made: a user's own."""
-    return tuple(replace(s, extra=()) for s in simulated[0].scenes)
+    return tuple(replace(s, recipe=None) for s in simulated[0].scenes)
 
 
 def changed(before, after):  # type: ignore[no-untyped-def]
@@ -142,7 +142,7 @@ def test_hidden_lists_leave_the_model_with_pictures_alone(formula_model, simulat
 
     def formula(scene, paths, type_):  # type: ignore[no-untyped-def]
         assert scene.objects is None
-        assert scene.extra == ()
+        assert scene.recipe is None
         return np.full(len(paths), scene.pixels().mean() / 255)
 
     settings = Settings(placements=1, draws=3, hide_lists=True)
@@ -158,7 +158,7 @@ def test_pictures_and_lists_lead_to_the_same_table(simulated) -> None:  # type: 
     assert found.placebo_is_null
     assert all(c.effect == 0 for c in found.effects if c.type == "aggressive")
     assert all(c.effect < 0 for c in found.effects if c.type == "careful")
-    bare = replace(data, scenes=tuple(replace(s, picture=None, extra=()) for s in data.scenes))
+    bare = replace(data, scenes=tuple(replace(s, picture=None, recipe=None) for s in data.scenes))
     lists = estimate(trials_of_set(truth, bare, settings=settings), settings)
     assert any(note.startswith("no pictures") for note in lists.notes)
     assert all(c.effect == 0 for c in lists.effects if c.type == "aggressive")
@@ -187,7 +187,7 @@ def test_scenes_without_lists_are_looked_at_for_free_places(formula_model, simul
     """What is put into a picture whose objects nobody listed must not cover one of them."""
     pytest.importorskip("torch", reason="the vision extra brings torch")
     data, _ = simulated
-    blind = replace(data, scenes=tuple(replace(s, objects=None, extra=()) for s in data.scenes))
+    blind = replace(data, scenes=tuple(replace(s, objects=None, recipe=None) for s in data.scenes))
     settings = Settings(placements=3, draws=3)
     model = formula_model(lambda scene, paths, type_: np.full(len(paths), 0.5))
     table = trials_of_set(model, blind, symbols=["glass"], settings=settings)

@@ -169,8 +169,9 @@ def test_counts_splits_and_items() -> None:
     assert [s.split for s in data.scenes] == ["train"] * 3 + ["test"] * 2
     assert len(data.demonstrations) == 5 * 3 * 4
     for scene in data.scenes:
-        items = dict(scene.extra)["render"]["items"]
-        assert all(scene.split in entry["item"] for entry in items.values())
+        assert scene.recipe is not None
+        items = scene.recipe.items
+        assert all(scene.split in entry.item for entry in items.values())
 
 
 def test_label_noise_flips_as_many_as_it_says_and_says_which() -> None:
@@ -189,7 +190,7 @@ def test_unlisted_test_scenes_tell_nothing_about_their_objects(tmp_path: Path) -
     listed, _ = simulate_set(train_scenes=1, test_scenes=2, demonstrations=2)
     for a, b in zip(hidden.scenes[1:], listed.scenes[1:], strict=True):
         assert a.objects is None
-        assert a.extra == ()
+        assert a.recipe is None
         assert a.picture == b.picture
     assert hidden.demonstrations == listed.demonstrations
     write_set(hidden, tmp_path / "set")
@@ -272,6 +273,6 @@ def test_a_set_of_real_models_credits_their_makers(tmp_path: Path) -> None:
     back: DemonstrationSet = read_set(tmp_path / "set")
     credit = dict(back.extra)["attribution"]
     named = {row["item"] for row in credit}
-    used = {e["item"] for s in back.scenes for e in dict(s.extra)["render"]["items"].values()}
+    used = {e.item for s in back.scenes if s.recipe for e in s.recipe.items.values()}
     assert used <= named
     assert all(row["creator"] and row["licence"] for row in credit)

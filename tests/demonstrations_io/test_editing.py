@@ -14,7 +14,14 @@ import pytest
 from small_sets import digest, small_set, write_small
 
 from demospec.cli import main
-from demospec.demonstrations import DemonstrationSet, check_set, edit, read_set, write_set
+from demospec.demonstrations import (
+    DemonstrationSet,
+    check_set,
+    edit,
+    read_set,
+    simulate_set,
+    write_set,
+)
 from demospec.errors import InputError, OutputError
 from demospec.scene import Picture
 
@@ -256,3 +263,36 @@ def test_rescaling_a_picture_moves_nothing_in_it(factor: float) -> None:
         at = np.arange(len(small)) + 0.5
         found = np.array([small.sum(axis=0) @ at, small.sum(axis=1) @ at]) / small.sum()
         assert np.abs(found - np.array([x, y]) * factor).max() < 0.05
+
+
+def test_a_picture_that_was_cut_or_resized_has_no_recipe_of_another_size(tmp_path: Path) -> None:
+    data, _ = simulate_set(train_scenes=1, test_scenes=0, demonstrations=2)
+    write_set(data, tmp_path / "set")
+    scene = read_set(tmp_path / "set").scenes[0]
+    assert scene.recipe is not None
+    assert scene.recipe == data.scenes[0].recipe
+    assert edit.crop(data, (5, 5, 90, 90)).scenes[0].recipe is None
+    half = edit.rescale(data, 0.5)
+    assert half.scenes[0].recipe is None
+    write_set(half, tmp_path / "half")
+    assert "render" not in (tmp_path / "half" / "scenes" / "metadata.jsonl").read_text()
+
+
+def test_a_spoilt_recipe_is_named_with_its_row(tmp_path: Path) -> None:
+    data, _ = simulate_set(train_scenes=2, test_scenes=0, demonstrations=2)
+    write_set(data, tmp_path / "set")
+    file = tmp_path / "set" / "scenes" / "metadata.jsonl"
+    lines = [json.loads(line) for line in file.read_text().splitlines()]
+    lines[0]["render"] = "by hand"  # somebody else's word: kept as it came
+    lines[1]["render"]["light"]["azimuth"] = "left"
+    file.write_text("".join(json.dumps(line) + "\n" for line in lines))
+    with pytest.raises(
+        InputError, match=r"row 1.*render\.light\.azimuth: expected a finite number"
+    ):
+        read_set(tmp_path / "set")
+    lines[1]["render"]["light"]["azimuth"] = 0
+    file.write_text("".join(json.dumps(line) + "\n" for line in lines))
+    first, second = read_set(tmp_path / "set").scenes
+    assert (first.recipe, dict(first.extra)) == (None, {"render": "by hand"})
+    assert second.recipe is not None
+    assert second.recipe.light.azimuth == 0

@@ -84,7 +84,7 @@ def test_rules_are_learned_from_pictures_alone(simulated: DemonstrationSet) -> N
     blind = replace(train, scenes=tuple(replace(s, objects=None) for s in train.scenes))
     seen, skipped = detect_in_set(blind, head=head)
     assert skipped == ()
-    assert all("render" not in dict(s.extra) for s in seen.scenes)
+    assert all(s.recipe is None for s in seen.scenes)
     assert "glass" in learn_rules(seen).rules["careful"].clearance.value
 
 

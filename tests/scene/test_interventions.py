@@ -18,6 +18,8 @@ from demospec.scene import (
     Placement,
     Scene,
     SceneObject,
+    SceneRecipe,
+    TableTop,
     compose_scene,
     cut_out,
     draw_light,
@@ -42,7 +44,7 @@ def a_scene(seed: int = 0, **more: int) -> Scene:
 
 def as_user_scene(scene: Scene, listed: bool = True) -> Scene:
     """The same picture as if a person had brought it: nobody knows how it was drawn."""
-    return replace(scene, extra=(), objects=scene.objects if listed else None)
+    return replace(scene, recipe=None, objects=scene.objects if listed else None)
 
 
 def far_from(scene: Scene, center: np.ndarray, radius: float) -> np.ndarray:
@@ -86,7 +88,7 @@ def test_an_overlay_equals_composing_with_the_object_from_the_start() -> None:
     one = compose_scene("s", [cup], table=table, light=light)
     later = overlay(one, plate.item, plate.center, plate.angle_rad)
     assert later.objects == both.objects
-    assert later.extra == both.extra
+    assert later.recipe == both.recipe
     assert np.abs(later.pixels().astype(int) - both.pixels()).max() <= 1  # rounded once more
 
 
@@ -97,7 +99,7 @@ def test_removing_what_was_added_gives_the_scene_back() -> None:
         changed = overlay(scene, "bowl", place, rng=np.random.default_rng(seed))
         back = remove_object(changed, changed.listed_objects()[-1].id)
         assert back.objects == scene.objects
-        assert back.extra == scene.extra
+        assert back.recipe == scene.recipe
         assert np.abs(back.pixels().astype(int) - scene.pixels()).max() <= 1
 
 
@@ -106,8 +108,8 @@ def test_removing_an_object_of_a_simulated_scene_leaves_the_bare_table() -> None
     bare = scene
     for thing in scene.listed_objects():
         bare = remove_object(bare, thing.id)
-    render = dict(scene.extra)["render"]
-    empty = compose_scene("e", [], table=render["table"], light=render["light"])
+    assert scene.recipe is not None
+    empty = compose_scene("e", [], table=scene.recipe.table, light=scene.recipe.light)
     assert bare.objects == ()
     assert np.array_equal(bare.pixels(), empty.pixels())
 
@@ -237,8 +239,9 @@ def test_a_picture_of_the_clean_table_fills_the_gap_best() -> None:
     for seed in range(6):
         true = a_scene(seed)
         scene, thing = as_user_scene(true), true.listed_objects()[0]
-        render = dict(true.extra)["render"]
-        clean = compose_scene("e", [], table=render["table"], light=render["light"]).pixels()
+        recipe = true.recipe
+        assert recipe is not None
+        clean = compose_scene("e", [], table=recipe.table, light=recipe.light).pixels()
         exact = remove_object(true, thing.id).pixels().astype(float)
         with_table = remove_object(scene, thing.id, clean_table=clean).pixels()
         without = remove_object(scene, thing.id).pixels()
@@ -309,13 +312,13 @@ def test_the_lamp_is_found_from_the_shadows_of_a_users_picture() -> None:
     catalogue = load_catalogue("builtin", "train")
     rng = np.random.default_rng(11)
     for _ in range(20):
-        light = {**draw_light(rng), "elevation": 0.95}
-        table = {"kind": "cloth", "seed": int(rng.integers(1000))}
+        light = replace(draw_light(rng), elevation=0.95)
+        table = TableTop("cloth", int(rng.integers(1000)))
         glasses = [Placement(catalogue.item("glass-train-03"), c) for c in ((30, 30), (70, 55))]
         scene = compose_scene("s", glasses, table=table, light=light)
         assert light_of(scene) == light
-        found = light_of(as_user_scene(scene))["azimuth"]
-        turn = (found - light["azimuth"] + np.pi) % (2 * np.pi) - np.pi
+        found = light_of(as_user_scene(scene)).azimuth
+        turn = (found - light.azimuth + np.pi) % (2 * np.pi) - np.pi
         errors.append(abs(float(turn)))
     assert np.median(errors) < 0.6  # 34 degrees
 
@@ -325,7 +328,7 @@ def test_light_of_a_dark_picture_is_dimmer_than_of_a_bright_one() -> None:
         picture = Picture(array=np.full((50, 50, 3), value, np.uint8))
         return Scene("s", (1.0, 1.0), (40.0, 40.0), None, picture)
 
-    assert light_of(flat(60))["strength"] < light_of(flat(200))["strength"]
+    assert light_of(flat(60)).strength < light_of(flat(200)).strength
 
 
 def test_a_scene_drawn_from_real_models_can_lose_an_object_where_they_are_absent(
@@ -333,9 +336,11 @@ def test_a_scene_drawn_from_real_models_can_lose_an_object_where_they_are_absent
 ) -> None:
     scene = a_scene(3)
     thing = scene.listed_objects()[0]
-    render = dict(scene.extra)["render"]
-    items = {name: entry | {"catalogue": "sweethome3d"} for name, entry in render["items"].items()}
-    foreign = replace(scene, extra=(("render", render | {"items": items}),))
+    assert scene.recipe is not None
+    items = {
+        name: replace(entry, catalogue="sweethome3d") for name, entry in scene.recipe.items.items()
+    }
+    foreign = replace(scene, recipe=replace(scene.recipe, items=items))
     monkeypatch.setattr(_sweethome3d, "FOLDERS", (tmp_path,))
     _catalogue._whole.cache_clear()
     gone = remove_object(foreign, thing.id)
@@ -361,8 +366,9 @@ def test_a_scene_drawn_from_real_models_can_lose_an_object_where_they_are_absent
 )
 def test_a_spoilt_render_key_is_named(spoilt: dict[str, object], message: str) -> None:
     scene = a_scene(0)
-    extra = (("render", dict(scene.extra)["render"] | spoilt),)
+    assert scene.recipe is not None
     first = SceneObject("glass-0", "glass", (50.0, 50.0), None, Disc((50.0, 50.0), 3.0))
-    broken = replace(scene, extra=extra, objects=(first,))
     with pytest.raises(InputError, match=message):
+        recipe = SceneRecipe.from_json(scene.recipe.to_json() | spoilt)
+        broken = replace(scene, recipe=recipe, objects=(first,))
         remove_object(overlay(broken, "glass", (20, 20), id="new"), "glass-0").pixels()

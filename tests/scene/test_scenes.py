@@ -14,14 +14,17 @@ from demospec.scene import (
     Placement,
     Polygon,
     Scene,
+    SceneRecipe,
+    TableTop,
     compose_scene,
     draw_light,
     draw_scene,
     draw_table,
     load_catalogue,
+    table_albedo,
 )
-from demospec.scene.rendering._light import checked_light, direction
-from demospec.scene.rendering._tables import KINDS, table_albedo
+from demospec.scene._recipe import TABLE_KINDS
+from demospec.scene.rendering._light import direction
 
 TASKS = tuple(TASK_SYMBOLS)
 
@@ -96,7 +99,7 @@ def test_the_same_scene_at_two_sizes_is_the_same_scene() -> None:
         assert np.abs(reduced - a.pixels()).mean() < 6.0
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", TABLE_KINDS)
 def test_tables_vary_and_look_like_a_table(kind: str) -> None:
     rng = np.random.default_rng(1)
     means = []
@@ -112,9 +115,9 @@ def test_tables_vary_and_look_like_a_table(kind: str) -> None:
 def test_shadows_fall_away_from_the_lamp() -> None:
     catalogue = load_catalogue("builtin")
     mug = next(i for i in catalogue.of_symbol("glass") if i.mesh.opacity.min() > 0.99)
-    table = {"kind": "cloth", "seed": 3}
+    table = TableTop("cloth", 3)
     for azimuth in (-2.0, 0.3, 1.7):
-        light = {**draw_light(np.random.default_rng(0)), "azimuth": azimuth, "elevation": 1.0}
+        light = replace(draw_light(np.random.default_rng(0)), azimuth=azimuth, elevation=1.0)
         bare = compose_scene("a", [], table=table, light=light).pixels().astype(float)
         with_mug = compose_scene("b", [Placement(mug, (50, 50))], table=table, light=light)
         y, x = np.mgrid[0:100, 0:100] + 0.5
@@ -131,7 +134,7 @@ def test_a_scene_can_be_composed_without_objects_and_refuses_nonsense() -> None:
     with pytest.raises(InputError, match="at least 16"):
         compose_scene("x", [], table=table, light=light, size_px=8)
     with pytest.raises(InputError, match="tables wood"):
-        compose_scene("x", [], table={"kind": "glass", "seed": 1}, light=light)
+        compose_scene("x", [], table=TableTop("glass", 1), light=light)
     with pytest.raises(InputError, match="a catalogue"):
         load_catalogue("ikea")
     with pytest.raises(InputError, match="a part"):
@@ -143,12 +146,12 @@ def test_a_scene_can_be_composed_without_objects_and_refuses_nonsense() -> None:
     with pytest.raises(InputError, match="a symbol of the catalogue"):
         load_catalogue().of_symbol("samovar")
     with pytest.raises(InputError, match="finite number"):
-        checked_light({**light, "ambient": float("nan")})
+        replace(light, ambient=float("nan"))
 
 
 def test_what_a_scene_was_drawn_from_survives_json() -> None:
     import json
 
-    scene = scenes("workbench", 1)[0]
-    back = replace(scene, extra=tuple((k, json.loads(json.dumps(v))) for k, v in scene.extra))
-    assert back == scene
+    recipe = scenes("workbench", 1)[0].recipe
+    assert recipe is not None
+    assert SceneRecipe.from_json(json.loads(json.dumps(recipe.to_json()))) == recipe

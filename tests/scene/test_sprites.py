@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from demospec.scene import load_catalogue
+from demospec.scene import Light, load_catalogue
 from demospec.scene.rendering._compose import Stamp, snap_center
-from demospec.scene.rendering._light import DEFAULT_LIGHT
 from demospec.scene.rendering._mesh import Mesh, bar, joined, lathe, mesh, slab
 from demospec.scene.rendering._outlines import outline
 from demospec.scene.rendering._sprites import SAMPLES, coverage, draw_sprite
@@ -113,7 +112,7 @@ def test_every_listed_polygon_agrees_with_the_drawn_mask_to_half_a_pixel() -> No
     for item in load_catalogue("builtin").items:
         center = snap_center(rng.uniform(40, 60, 2))
         angle = float(rng.uniform(0, 2 * np.pi))
-        stamp = Stamp.of(item, center, angle, DEFAULT_LIGHT, metres_per_px)
+        stamp = Stamp.of(item, center, angle, Light(), metres_per_px)
         polygon = item.footprint(center, angle, metres_per_px)
         sprite = item.sprite(angle, 1 / metres_per_px)
         first = np.round(np.asarray(center) * SAMPLES).astype(int)

@@ -18,7 +18,7 @@ def scene(request: pytest.FixtureRequest) -> Scene:
     """A table with two objects or more, with and without knowledge of how it was drawn."""
     data, _ = simulate_set(train_scenes=6, test_scenes=1, demonstrations=1, seed=0)
     scene = next(s for s in data.scenes if len(s.listed_objects()) >= 2)
-    return scene if request.param == "composed" else replace(scene, extra=())
+    return scene if request.param == "composed" else replace(scene, recipe=None)
 
 
 def test_one_object_moves_as_the_editor_moves_it(scene: Scene) -> None:

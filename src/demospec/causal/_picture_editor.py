@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -50,9 +50,8 @@ class CatalogueThing:
         return overlay(scene, self.item, center, angle, metres_per_px=scale)
 
     def _metres_per_px(self, scene: Scene) -> float:
-        composed = _composed(scene)
-        if composed is not None:
-            return float(composed["metres_per_px"])
+        if scene.recipe is not None:
+            return scene.recipe.metres_per_px
         if self._metres_per_unit is not None:
             return self._metres_per_unit
         size = scene.size_px
@@ -126,8 +125,7 @@ class PictureEditor:
 
     def move(self, scene: Scene, object_id: str, center: tuple[float, float]) -> Scene:
         """The same object at another place: drawn again, or cut out and put there."""
-        composed = _composed(scene)
-        if composed is not None and object_id in composed["items"]:
+        if scene.recipe is not None and object_id in scene.recipe.items:
             return move_object(scene, object_id, center)
         if scene.picture is None:
             return self._lists.move(scene, object_id, center)
@@ -164,16 +162,9 @@ class PictureEditor:
         return scene.with_changes(objects=self._seen[scene.scene_id], picture=scene.picture)
 
 
-def _composed(scene: Scene) -> dict[str, Any] | None:
-    """What a simulated scene was drawn from; None for other pictures."""
-    found = dict(scene.extra).get("render")
-    whole = isinstance(found, dict) and {"metres_per_px", "light", "items"} <= found.keys()
-    return found if whole else None
-
-
 def _catalogue_of(scenes: Sequence[Scene]) -> str | None:
     """The catalogue of the first item that the scenes were composed from."""
     for scene in scenes:
-        for entry in (_composed(scene) or {"items": {}})["items"].values():
-            return str(entry["catalogue"])
+        if scene.recipe is not None and scene.recipe.items:
+            return next(iter(scene.recipe.items.values())).catalogue
     return None

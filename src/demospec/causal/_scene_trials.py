@@ -139,7 +139,7 @@ class SceneTrials:
     def _judge(self, scene: Scene, paths: Paths) -> FloatArray:
         """(types, draws) probability of validity."""
         if self.settings.hide_lists:
-            scene = replace(scene, objects=None, extra=())
+            scene = scene.seen()
         view = self.model.see(scene)
         return np.stack([view.p_valid(paths, t) for t in self.types])
 

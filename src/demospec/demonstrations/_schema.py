@@ -11,7 +11,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationErr
 from demospec.demonstrations._trajectory import MAX_COORDINATE
 from demospec.errors import InputError
 from demospec.files import to_json
-from demospec.scene import Disc, Picture, Polygon, Scene, SceneObject, rectangle
+from demospec.scene import Disc, Picture, Polygon, Scene, SceneObject, SceneRecipe, rectangle
 
 M = TypeVar("M", bound=BaseModel)
 
@@ -100,8 +100,16 @@ class SceneLine(_Strict):
     objects: list[ObjectLine] | None = None
 
     def to_scene(self, picture: Picture | None) -> Scene:
-        """The scene, with a picture that the caller opened."""
+        """The scene, with a picture that the caller opened.
+
+        Raises:
+            InputError: ``render`` is no whole recipe.
+        """
         objects = tuple(o.to_object() for o in self.objects) if self.objects else None
+        extra = dict(self.model_extra or {})
+        recipe = SceneRecipe.from_json(extra.get("render"))
+        if recipe is not None:
+            del extra["render"]
         return Scene(
             scene_id=self.scene_id,
             start=tuple(self.start),
@@ -109,7 +117,8 @@ class SceneLine(_Strict):
             objects=objects,
             picture=picture,
             split=self.split,
-            extra=tuple((self.model_extra or {}).items()),
+            extra=tuple(extra.items()),
+            recipe=recipe,
         )
 
     @staticmethod
@@ -123,6 +132,7 @@ class SceneLine(_Strict):
                 "start": list(scene.start),
                 "goal": list(scene.goal),
                 "objects": [o.to_json() for o in scene.objects or ()],
+                **({} if scene.recipe is None else {"render": scene.recipe.to_json()}),
                 **dict(scene.extra),
             }
         )

@@ -38,7 +38,7 @@ def hold_out(
 
 def without_objects(scenes: Sequence[Scene]) -> tuple[Scene, ...]:
     """The scenes as a camera delivers them: pictures without lists of objects."""
-    return tuple(s.with_changes(objects=None, picture=s.picture) for s in scenes)
+    return tuple(s.seen() for s in scenes)
 
 
 class PicturesOnly:
@@ -57,4 +57,4 @@ class PicturesOnly:
 
     def see(self, scene: Scene) -> View:
         """Look at the picture alone; CannotJudgeError where there is none."""
-        return self.model.see(without_objects([scene])[0])
+        return self.model.see(scene.seen())

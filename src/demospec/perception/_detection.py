@@ -196,9 +196,7 @@ def detect_in_set(
     for number, scene in enumerate(data.scenes):
         if scene.picture is not None:
             found = detect_objects(scene, body=body, head=head, least=least)
-            # How a simulated scene was rendered names its true items: none of the eyes' business.
-            extra = tuple((key, value) for key, value in scene.extra if key != "render")
-            scene = replace(scene, objects=tuple(found), extra=extra)
+            scene = replace(scene.seen(), objects=tuple(found))
         scenes.append(scene)
         progress("looking at the scenes", number + 1, len(data.scenes))
     used = {item.symbol for scene in scenes for item in scene.objects or ()}

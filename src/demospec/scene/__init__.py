@@ -11,6 +11,7 @@ from demospec._lazy import names_of
 
 if TYPE_CHECKING:
     from demospec.geometry import Capsule, Disc, Footprint, Polygon, rectangle
+    from demospec.scene._recipe import CatalogueEntry, Light, SceneRecipe, TableTop
     from demospec.scene._scene import Image, Picture, Scene, SceneObject
     from demospec.scene._upright import upright
     from demospec.scene.editing._cut_outs import CutOut, cut_out
@@ -25,8 +26,8 @@ if TYPE_CHECKING:
     from demospec.scene.rendering._compose import Placement, Stamp, compose_scene
     from demospec.scene.rendering._draw_scene import STATISTICS, SceneStatistics, draw_scene
     from demospec.scene.rendering._estimate_light import light_of
-    from demospec.scene.rendering._light import Light, draw_light
     from demospec.scene.rendering._light import colour as lamp_colour
+    from demospec.scene.rendering._light import draw_light
     from demospec.scene.rendering._mesh import Mesh, bar, joined, lathe, slab, sunk
     from demospec.scene.rendering._outlines import outline
     from demospec.scene.rendering._sprites import SAMPLES, Sprite, coverage, draw_sprite
@@ -40,6 +41,7 @@ __all__ = [
     "TASK_SYMBOLS",
     "Capsule",
     "Catalogue",
+    "CatalogueEntry",
     "CatalogueItem",
     "CutOut",
     "Disc",
@@ -52,9 +54,11 @@ __all__ = [
     "Polygon",
     "Scene",
     "SceneObject",
+    "SceneRecipe",
     "SceneStatistics",
     "Sprite",
     "Stamp",
+    "TableTop",
     "bar",
     "compose_scene",
     "coverage",
@@ -91,7 +95,10 @@ _HOME = {
     "Disc": "demospec.geometry",
     "Footprint": "demospec.geometry",
     "Image": "_scene",
-    "Light": "rendering._light",
+    "CatalogueEntry": "_recipe",
+    "Light": "_recipe",
+    "SceneRecipe": "_recipe",
+    "TableTop": "_recipe",
     "Mesh": "rendering._mesh",
     "Picture": "_scene",
     "Placement": "rendering._compose",

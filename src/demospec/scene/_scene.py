@@ -9,7 +9,7 @@ import zlib
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,6 +19,9 @@ from demospec.geometry import Bounds, Disc, Footprint, Polygon, bounds_of, exten
 from demospec.scene._plain_png import plain_png_size
 from demospec.scene._upright import upright, upright_size
 from demospec.scene._whole import is_truncated
+
+if TYPE_CHECKING:
+    from demospec.scene._recipe import SceneRecipe
 
 Image = NDArray[np.uint8]
 
@@ -233,6 +236,7 @@ class Scene:
         picture: None where the set has object lists only.
         split: ``train`` or ``test``.
         extra: Further keys of the metadata line, kept as they came.
+        recipe: What a rendered scene was drawn from; None for a photograph.
     """
 
     scene_id: str
@@ -242,6 +246,7 @@ class Scene:
     picture: Picture | None = None
     split: str = "train"
     extra: tuple[tuple[str, Any], ...] = ()
+    recipe: SceneRecipe | None = None
 
     def __hash__(self) -> int:
         return hash(self.scene_id)
@@ -285,6 +290,13 @@ class Scene:
     def pixels(self) -> Image:
         """(height, width, 3) uint8; CannotJudgeError where the scene has no picture."""
         return self.shown_picture().pixels
+
+    def seen(self) -> Scene:
+        """The scene as a camera delivers it: without its list, and without what it was drawn from.
+
+        A learner that is to find the objects by itself gets this one.
+        """
+        return replace(self, objects=None, recipe=None)
 
     def with_changes(
         self, *, objects: tuple[SceneObject, ...] | None, picture: Picture | None

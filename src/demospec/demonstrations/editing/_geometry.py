@@ -49,6 +49,7 @@ def crop(data: DemonstrationSet, box: tuple[int, int, int, int]) -> Demonstratio
             goal=(scene.goal[0] - x, scene.goal[1] - y, *scene.goal[2:]),
             objects=objects,
             picture=picture,
+            recipe=None,  # it describes the whole picture
         )
 
     flat = data.demonstrations.flat.copy()
@@ -109,6 +110,7 @@ def _scaled_scene(scene: Scene, factor: float) -> Scene:
         goal=tuple(v * factor for v in scene.goal),
         objects=objects,
         picture=picture,
+        recipe=scene.recipe if factor == 1 else None,  # it describes the picture as it was drawn
     )
 
 

@@ -116,7 +116,7 @@ def simulate_set(
             rng, parts[split], task=task, scene_id=f"{i:04d}", split=split, size_px=size_px
         )
         items += _demonstrate(rng, scene, job)
-        scenes.append(scene if split == "train" or test_objects else _unlisted(scene))
+        scenes.append(scene if split == "train" or test_objects else scene.seen())
         progress("simulating scenes", i + 1, len(splits))
     items, flipped = _with_noise(items, label_noise, np.random.default_rng([seed, 2]))
     metres = 0.82 / size_px
@@ -208,14 +208,6 @@ def _judged_paths(
         paths.append(path)
         valid.append(ok)
     return paths, valid
-
-
-def _unlisted(scene: Scene) -> Scene:
-    """The scene without its list, and without what it was drawn from (which would tell)."""
-    from dataclasses import replace
-
-    extra = tuple((key, value) for key, value in scene.extra if key != "render")
-    return replace(scene, objects=None, extra=extra)
 
 
 def _with_noise(

@@ -38,7 +38,7 @@ _COUNTS = np.array([0.02, 0.05, 0.1, 0.15, 0.2, 0.18, 0.14, 0.1, 0.06])
 
 
 @dataclass(frozen=True)
-class Light:
+class DirectedLight:
     """One light: direction in the picture (towards the light), how low, how strong."""
 
     x: float
@@ -48,7 +48,7 @@ class Light:
     ambient: float
 
     @classmethod
-    def random(cls, rng: np.random.Generator) -> Light:
+    def random(cls, rng: np.random.Generator) -> DirectedLight:
         angle, low = rng.uniform(0, 2 * np.pi), rng.uniform(0.1, 1.0)
         return cls(
             float(np.cos(angle) * low),
@@ -91,7 +91,7 @@ def _cast_shadow(
     rng: np.random.Generator,
     picture: Planes,
     thing: Thing,
-    light: Light,
+    light: DirectedLight,
     height: float,
     clear: bool,
 ) -> Planes:
@@ -187,7 +187,7 @@ def _paint_opaque(
     picture: Planes,
     thing: Thing,
     distance: Field,
-    light: Light,
+    light: DirectedLight,
     x: Field,
     y: Field,
     colour: Colour,
@@ -261,7 +261,7 @@ def _paint_clear(
     picture: Planes,
     thing: Thing,
     distance: Field,
-    light: Light,
+    light: DirectedLight,
     x: Field,
     y: Field,
 ) -> tuple[Planes, Field]:
@@ -350,7 +350,7 @@ def make_picture(
     """
     y, x = (np.mgrid[0:size, 0:size] + 0.5).astype(np.float32)
     camera = Camera.random(rng, size)
-    light = Light.random(rng)
+    light = DirectedLight.random(rng)
     picture = table_top(rng, bank, *camera.units(size, camera.texture))
     distance = np.full((size, size), 60.0, np.float32)
     planes = np.zeros((len(CHANNELS), size, size), np.float32)

@@ -50,14 +50,14 @@ class _Stood:
 
 def random_lamp(rng: np.random.Generator) -> Light:
     """Lower, harder, softer and more coloured lamps than those of simulated scenes too."""
-    return {
-        "azimuth": float(rng.uniform(-np.pi, np.pi)),
-        "elevation": float(rng.uniform(0.75, 1.45)),
-        "strength": float(rng.uniform(0.75, 1.1)),
-        "ambient": float(rng.uniform(0.3, 0.8)),
-        "warmth": float(rng.uniform(-0.08, 0.1)),
-        "softness": float(rng.uniform(0.06, 0.45)),
-    }
+    return Light(
+        azimuth=float(rng.uniform(-np.pi, np.pi)),
+        elevation=float(rng.uniform(0.75, 1.45)),
+        strength=float(rng.uniform(0.75, 1.1)),
+        ambient=float(rng.uniform(0.3, 0.8)),
+        warmth=float(rng.uniform(-0.08, 0.1)),
+        softness=float(rng.uniform(0.06, 0.45)),
+    )
 
 
 def render_picture(

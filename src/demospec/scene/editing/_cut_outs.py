@@ -10,8 +10,9 @@ from numpy.typing import ArrayLike
 from demospec.errors import InputError
 from demospec.frames import FloatArray
 from demospec.geometry import Footprint
+from demospec.scene._recipe import Light
 from demospec.scene._scene import Image, Scene, SceneObject
-from demospec.scene.rendering._light import Light, shadow
+from demospec.scene.rendering._light import shadow
 
 
 @dataclass(frozen=True)
@@ -56,7 +57,7 @@ class CutOut:
         # How tall it is nobody knows: a shadow as of something a twentieth of the picture high.
         tall = self.cover[..., 0] * 0.05 * image.shape[1]
         occluded, margin = shadow(self.cover[..., 0], tall, light, image.shape[1] / 100.0)
-        dark = 1.0 - (1.0 - light["ambient"]) * 0.9 * occluded[..., None]
+        dark = 1.0 - (1.0 - light.ambient) * 0.9 * occluded[..., None]
         _blend(image, x - margin, y - margin, dark, None)
         _blend(image, x, y, 1.0 - self.cover, self.colour * self.cover)
 

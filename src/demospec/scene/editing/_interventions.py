@@ -8,12 +8,12 @@ table around it is continued into the gap.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from demospec.errors import InputError, MissingPackageError
+from demospec.scene._recipe import CatalogueEntry
 from demospec.scene._scene import Image, Picture, Scene, SceneObject
 from demospec.scene.editing._cut_outs import CutOut, cut_out
 from demospec.scene.editing._inpaint import filled
@@ -21,12 +21,11 @@ from demospec.scene.rendering._compose import (
     Stamp,
     as_object,
     draw,
-    item_entry,
+    entry_of,
     pixels_per_metre,
     to_image,
 )
 from demospec.scene.rendering._estimate_light import light_of
-from demospec.scene.rendering._recipe import render_of
 from demospec.scene.rendering.catalogues._catalogue import load_catalogue
 from demospec.scene.rendering.catalogues._items import Catalogue, CatalogueItem
 
@@ -79,7 +78,7 @@ def overlay(
         picture = Picture.drawn(picture.size_px, drawn)
     objects = None if scene.objects is None else (*scene.objects, thing)
     changed = replace(scene, objects=objects, picture=picture)
-    return _with_item(changed, name, item_entry(chosen, angle_rad))
+    return _with_item(changed, name, entry_of(chosen, angle_rad))
 
 
 def _with_cut_out(scene: Scene, cut: CutOut, center: ArrayLike, name: str) -> Scene:
@@ -114,17 +113,13 @@ def _new_id(scene: Scene, symbol: str) -> str:
     return f"{symbol}-{number}"
 
 
-def _with_item(scene: Scene, name: str, entry: dict[str, Any] | None) -> Scene:
-    """The scene with one entry of ``render.items`` set or (None) taken away."""
-    render = render_of(scene)
-    if render is None or (scene.objects is None and entry is not None):
+def _with_item(scene: Scene, name: str, entry: CatalogueEntry | None) -> Scene:
+    """The scene with one entry of its recipe set or (None) taken away."""
+    recipe = scene.recipe
+    if recipe is None or (scene.objects is None and entry is not None):
         return scene
-    items = {key: value for key, value in render["items"].items() if key != name}
-    if entry is not None:
-        items[name] = entry
-    new = {**render, "items": items}
-    extra = tuple((key, new if key == "render" else value) for key, value in scene.extra)
-    return replace(scene, extra=extra)
+    changed = recipe.without_item(name) if entry is None else recipe.with_item(name, entry)
+    return replace(scene, recipe=changed)
 
 
 def _object(scene: Scene, object_id: str) -> SceneObject:
@@ -168,13 +163,13 @@ def remove_object(scene: Scene, object_id: str, *, clean_table: Image | None = N
 
 def _redrawn_without(scene: Scene, object_id: str, rest: tuple[SceneObject, ...]) -> Image | None:
     """The picture drawn without an object; None where it is not known how to draw it."""
-    render = render_of(scene)
-    if render is None or object_id not in render["items"] or scene.picture is None:
+    recipe = scene.recipe
+    if recipe is None or object_id not in recipe.items or scene.picture is None:
         return None
     size = scene.picture.size_px
     try:
-        before = to_image(draw(render, scene.listed_objects(), size))
-        after = to_image(draw(render, rest, size))
+        before = to_image(draw(recipe, scene.listed_objects(), size))
+        after = to_image(draw(recipe, rest, size))
     except MissingPackageError:  # drawn where the package of real models was installed
         return None
     touched = (before != after).any(axis=2, keepdims=True)
@@ -245,12 +240,11 @@ def swap_object(
 
 def _known_item(scene: Scene, object_id: str) -> tuple[CatalogueItem, float] | None:
     """The item that an object is and its angle; None in a user's picture."""
-    render = render_of(scene)
-    if render is None or object_id not in render["items"]:
+    if scene.recipe is None or object_id not in scene.recipe.items:
         return None
-    entry = render["items"][object_id]
+    entry = scene.recipe.items[object_id]
     try:
-        catalogue = load_catalogue(entry["catalogue"])
+        catalogue = load_catalogue(entry.catalogue)
     except MissingPackageError:
         return None
-    return catalogue.item(entry["item"]), float(entry["angle"])
+    return catalogue.item(entry.item), entry.angle

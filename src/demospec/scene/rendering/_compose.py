@@ -1,7 +1,7 @@
 """Composing scenes: a lit table, shadows, sprites; and drawing the same scene again.
 
-A composed scene keeps in ``extra["render"]`` what it was drawn from (scale, table, light, item
-and angle of every object), so that it can be drawn again without an object or with another.
+A composed scene keeps its recipe (scale, table, light, item and angle of every object), so that
+it can be drawn again without an object or with another.
 """
 
 from __future__ import annotations
@@ -9,16 +9,15 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from demospec.errors import InputError
 from demospec.frames import FloatArray
+from demospec.scene._recipe import CatalogueEntry, Light, SceneRecipe, TableTop
 from demospec.scene._scene import Image, Picture, Scene, SceneObject
-from demospec.scene.rendering._light import Light, colour, falloff, on_pixels, shaded, shadow
-from demospec.scene.rendering._recipe import render_of
+from demospec.scene.rendering._light import colour, falloff, on_pixels, shaded, shadow
 from demospec.scene.rendering._sprites import SAMPLES, Sprite
 from demospec.scene.rendering._tables import table_albedo
 from demospec.scene.rendering.catalogues._catalogue import load_catalogue
@@ -66,7 +65,7 @@ def compose_scene(
     scene_id: str,
     placements: Sequence[Placement],
     *,
-    table: dict[str, Any],
+    table: TableTop,
     light: Light,
     size_px: int = 100,
     start: ArrayLike = (10.0, 90.0),
@@ -88,15 +87,15 @@ def compose_scene(
         raise InputError("a picture of at least 16 pixels", size_px, field="size_px")
     metres_per_px = TABLE_M / size_px
     objects: list[SceneObject] = []
-    items: dict[str, Any] = {}
+    items: dict[str, CatalogueEntry] = {}
     counts: dict[str, int] = {}
     for place in placements:
         symbol = place.item.symbol
         number = counts[symbol] = counts.get(symbol, -1) + 1
         name = place.id or f"{symbol}-{number}"
         objects.append(as_object(place.item, place.center, place.angle_rad, metres_per_px, name))
-        items[name] = item_entry(place.item, place.angle_rad)
-    render = {"metres_per_px": metres_per_px, "table": table, "light": light, "items": items}
+        items[name] = entry_of(place.item, place.angle_rad)
+    recipe = SceneRecipe(metres_per_px, table, light, items)
     scene = Scene(
         scene_id,
         tuple(float(v) for v in np.asarray(start)),
@@ -104,32 +103,29 @@ def compose_scene(
         tuple(objects),
         None,
         split,
-        (("render", render),),
+        recipe=recipe,
     )
-    image = to_image(draw(render, objects, (size_px, size_px)))
+    image = to_image(draw(recipe, objects, (size_px, size_px)))
     return scene.with_changes(objects=scene.objects, picture=Picture(array=image))
 
 
-def item_entry(item: CatalogueItem, angle_rad: float) -> dict[str, Any]:
-    """An object's entry in ``render.items``."""
-    angle = round(snap_angle(angle_rad), 6)
-    return {"catalogue": item.catalogue, "item": item.name, "angle": angle}
+def entry_of(item: CatalogueItem, angle_rad: float) -> CatalogueEntry:
+    """An object's entry in a recipe."""
+    return CatalogueEntry(item.catalogue, item.name, round(snap_angle(angle_rad), 6))
 
 
 def draw(
-    render: dict[str, Any], objects: Sequence[SceneObject], size_px: tuple[int, int]
+    recipe: SceneRecipe, objects: Sequence[SceneObject], size_px: tuple[int, int]
 ) -> FloatArray:
-    """The picture (height, width, 3), 1 = white, of objects that `render` has items for."""
-    light = render["light"]
-    image = table_albedo(render["table"], size_px) * colour(light) * falloff(light, size_px)
+    """The picture (height, width, 3), 1 = white, of objects that `recipe` has items for."""
+    light = recipe.light
+    image = table_albedo(recipe.table, size_px) * colour(light) * falloff(light, size_px)
     stamps = []
     for thing in objects:
-        entry = render["items"].get(thing.id)
+        entry = recipe.items.get(thing.id)
         if entry is not None:
-            item = load_catalogue(entry["catalogue"]).item(entry["item"])
-            stamps.append(
-                Stamp.of(item, thing.center, entry["angle"], light, render["metres_per_px"])
-            )
+            item = load_catalogue(entry.catalogue).item(entry.item)
+            stamps.append(Stamp.of(item, thing.center, entry.angle, light, recipe.metres_per_px))
     for stamp in stamps:
         stamp.cast(image)
     for stamp in stamps:
@@ -198,7 +194,7 @@ class Stamp:
         cover = on_pixels(sprite.cover, 0.0, phase)
         height = np.where(cover > 0, height / np.maximum(cover, 1e-6), 0.0) / unit_per_px
         occluded, margin = shadow(1.0 - through.mean(axis=2), height, light, scale)
-        dark = 1.0 - (1.0 - light["ambient"]) * 0.9 * occluded
+        dark = 1.0 - (1.0 - light.ambient) * 0.9 * occluded
         stamp = cls(
             (int(corner[0]), int(corner[1])),
             through,
@@ -238,9 +234,8 @@ def _overlap(
 
 def pixels_per_metre(scene: Scene, metres_per_px: float | None = None) -> float:
     """The scene's own scale, else the one given, else `TABLE_M` over the picture's width."""
-    render = render_of(scene)
-    if render is not None:
-        return 1.0 / float(render["metres_per_px"])
+    if scene.recipe is not None:
+        return 1.0 / scene.recipe.metres_per_px
     if metres_per_px is not None:
         if not (math.isfinite(metres_per_px) and metres_per_px > 0):
             raise InputError("a number > 0", metres_per_px, field="metres_per_px")

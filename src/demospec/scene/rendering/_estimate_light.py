@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
+from demospec.scene._recipe import Light
 from demospec.scene._scene import Scene
-from demospec.scene.rendering._light import DEFAULT_LIGHT, Light
-from demospec.scene.rendering._recipe import render_of
 
 RING = (0.006, 0.045)
 """Where shadows are looked for: this far from an outline, in picture widths."""
@@ -21,18 +21,15 @@ def light_of(scene: Scene) -> Light:
     side on which the table around the listed objects is darkest. Without listed objects the
     lamp stands at the upper left.
     """
-    render = render_of(scene)
-    if render is not None:
-        return dict(render["light"])
+    if scene.recipe is not None:
+        return scene.recipe.light
     if scene.picture is None:
-        return dict(DEFAULT_LIGHT)
+        return Light()
     grey = scene.pixels().mean(axis=2) / 255.0
     bright = float(np.percentile(grey, 75))
-    light = {**DEFAULT_LIGHT, "strength": float(np.clip(0.55 + 0.6 * bright, 0.6, 1.05))}
+    light = Light(strength=float(np.clip(0.55 + 0.6 * bright, 0.6, 1.05)))
     azimuth = _azimuth(scene, grey)
-    if azimuth is not None:
-        light["azimuth"] = azimuth
-    return light
+    return light if azimuth is None else replace(light, azimuth=azimuth)
 
 
 def _azimuth(scene: Scene, grey: np.ndarray) -> float | None:

@@ -1,72 +1,43 @@
-"""One light per scene: shading of sprites, and soft shadows on the table.
-
-Light as JSON: ``azimuth`` (radians, towards the light, 0 = right, π/2 = *down* in the picture),
-``elevation`` (radians above the table), ``strength`` (a white table's brightness), ``ambient``
-(share that comes from everywhere), ``warmth`` (red up, blue down), ``softness`` (size of the
-light: how fast a shadow's edge widens with the height that casts it).
-"""
+"""Light of a scene: shading of sprites, and soft shadows on the table."""
 
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
-from demospec.errors import InputError
 from demospec.frames import FloatArray
+from demospec.scene._recipe import Light
 from demospec.scene.rendering._sprites import F32, SAMPLES, Sprite
-
-Light = dict[str, float]
-
-DEFAULT_LIGHT: Light = {
-    "azimuth": -2.3,
-    "elevation": 1.15,
-    "strength": 1.0,
-    "ambient": 0.5,
-    "warmth": 0.0,
-    "softness": 0.18,
-}
 
 
 def draw_light(rng: np.random.Generator) -> Light:
     """A lamp somewhere above the table, 57° to 77° high: shadows of up to 0.65 of the height."""
-    return {
-        "azimuth": round(float(rng.uniform(-math.pi, math.pi)), 4),
-        "elevation": round(float(rng.uniform(1.0, 1.35)), 4),
-        "strength": round(float(rng.uniform(0.86, 1.05)), 4),
-        "ambient": round(float(rng.uniform(0.38, 0.6)), 4),
-        "warmth": round(float(rng.uniform(-0.04, 0.07)), 4),
-        "softness": round(float(rng.uniform(0.1, 0.25)), 4),
-    }
-
-
-def checked_light(light: dict[str, Any]) -> Light:
-    """The light with every field a finite number; InputError names the first that is not."""
-    out = {}
-    for name in DEFAULT_LIGHT:
-        value = light.get(name)
-        if not isinstance(value, (int, float)) or not math.isfinite(value):
-            raise InputError("a finite number", value, field=f"light.{name}")
-        out[name] = float(value)
-    return out
+    return Light(
+        azimuth=round(float(rng.uniform(-math.pi, math.pi)), 4),
+        elevation=round(float(rng.uniform(1.0, 1.35)), 4),
+        strength=round(float(rng.uniform(0.86, 1.05)), 4),
+        ambient=round(float(rng.uniform(0.38, 0.6)), 4),
+        warmth=round(float(rng.uniform(-0.04, 0.07)), 4),
+        softness=round(float(rng.uniform(0.1, 0.25)), 4),
+    )
 
 
 def direction(light: Light) -> FloatArray:
     """(3,) unit vector towards the light; x right, y down in the picture, z to the viewer."""
-    flat = math.cos(light["elevation"])
+    flat = math.cos(light.elevation)
     return np.array(
         [
-            flat * math.cos(light["azimuth"]),
-            flat * math.sin(light["azimuth"]),
-            math.sin(light["elevation"]),
+            flat * math.cos(light.azimuth),
+            flat * math.sin(light.azimuth),
+            math.sin(light.elevation),
         ]
     )
 
 
 def colour(light: Light) -> FloatArray:
     """(3,) what white looks like where the light falls square on the table."""
-    return light["strength"] * np.array([1 + light["warmth"], 1.0, 1 - light["warmth"]])
+    return light.strength * np.array([1 + light.warmth, 1.0, 1 - light.warmth])
 
 
 def falloff(light: Light, size_px: tuple[int, int]) -> FloatArray:
@@ -84,7 +55,7 @@ def shaded(sprite: Sprite, light: Light) -> FloatArray:
     """(h, w, 3) light that the sprite sends to the viewer, premultiplied, 1 = white."""
     lamp = direction(light)
     facing = np.maximum(sprite.normal @ lamp, 0.0) / lamp[2]
-    shade = light["ambient"] + (1.0 - light["ambient"]) * facing
+    shade = light.ambient + (1.0 - light.ambient) * facing
     # Crevices see less of the sky: a cheap stand-in for ambient occlusion.
     shade = shade * (0.72 + 0.28 * sprite.normal[..., 2])
     half = lamp + np.array([0.0, 0.0, 1.0])
@@ -124,7 +95,7 @@ def shadow(
     away = -lamp[:2] / lamp[2]
     top = float(height_px.max())
     far = top * float(np.hypot(*away))
-    soft = light["softness"]
+    soft = light.softness
     contact = 0.9 * px_scale
     layers = 2 + min(8, math.ceil(far / (1.5 * px_scale)))
     gap = far / (layers - 1)

@@ -8,22 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
-from demospec.errors import InputError
 from demospec.frames import FloatArray
+from demospec.scene._recipe import TABLE_KINDS, TableTop
 
-KINDS = ("wood", "cloth", "stone")
 
-
-def draw_table(rng: np.random.Generator, kind: str | None = None) -> dict[str, Any]:
-    """A table as JSON: its kind and its seed. `table_albedo` draws it."""
-    chosen = kind or KINDS[int(rng.choice(len(KINDS), p=[0.5, 0.25, 0.25]))]
-    if chosen not in KINDS:
-        raise InputError(f"one of the tables {', '.join(KINDS)}", chosen, field="table")
-    return {"kind": chosen, "seed": int(rng.integers(2**31))}
+def draw_table(rng: np.random.Generator, kind: str | None = None) -> TableTop:
+    """A random table top of a kind, by default of any. `table_albedo` draws it."""
+    chosen = kind or TABLE_KINDS[int(rng.choice(len(TABLE_KINDS), p=[0.5, 0.25, 0.25]))]
+    return TableTop(chosen, int(rng.integers(2**31)))
 
 
 @lru_cache(maxsize=64)
@@ -34,12 +29,9 @@ def _cached(kind: str, seed: int, width: int, height: int) -> FloatArray:
     return albedo
 
 
-def table_albedo(table: dict[str, Any], size_px: tuple[int, int]) -> FloatArray:
+def table_albedo(table: TableTop, size_px: tuple[int, int]) -> FloatArray:
     """(height, width, 3) colour of the bare table in [0, 1], before any light."""
-    kind = table.get("kind")
-    if kind not in KINDS:
-        raise InputError(f"one of the tables {', '.join(KINDS)}", kind, field="table.kind")
-    return _cached(str(kind), int(table["seed"]), *size_px)
+    return _cached(table.kind, table.seed, *size_px)
 
 
 @lru_cache(maxsize=256)

@@ -64,7 +64,7 @@ class Hands:
         """Object id → what is cut out of the scene's own picture; none of a composed scene."""
         if scene.scene_id not in self._cut:
             found: dict[str, Thing] = {}
-            if scene.picture is not None and "render" not in dict(scene.extra):
+            if scene.picture is not None and scene.recipe is None:
                 own = PictureEditor([scene], source="cutouts")
                 shaped = [o for o in scene.listed_objects() if o.footprint is not None]
                 for symbol in {o.symbol for o in shaped}:
