@@ -1,0 +1,166 @@
+"""Goodness of fit: how much of a person's answers a rule explains, tested against chance.
+
+The test permutes the labels and asks how well the same family of rules (a few classes, one
+threshold, more distance is safer) separates them then. Its size holds at any share of accepted
+demonstrations, since every permutation has that share.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Any, Literal
+
+import numpy as np
+
+from demospec.frames import FloatArray
+from demospec.rules._residuals import Covariate, Suspect, scan_residuals
+from demospec.rules.clearance._version_space import BoolArray
+
+Verdict = Literal["explains", "partly", "not"]
+
+CHANCE = 0.02
+"""p-value above which chance separates the labels as well: the verdict is ``not``."""
+
+EXPLAINED = 0.5
+"""Share of the errors of chance that a rule must avoid to be said to explain the labels."""
+
+_PAIRS_UP_TO = 12
+_DRAWS = 199
+
+
+@dataclass(frozen=True)
+class Fit:
+    """How well a rule fits the labels it was learned from (JSON ``fit``).
+
+    Args:
+        verdict: ``explains``, ``partly`` or ``not``.
+        explained: 1 − contradicted / chance, in [0, 1]; None where all labels are alike.
+        contradicted: Labels that the rule gets wrong.
+        n: Labels.
+        chance: Labels that the best rule of the family gets wrong where they are permuted, mean.
+        p_chance: Probability that permuted labels are separated as well.
+        suspects: What goes with the unexplained answers.
+    """
+
+    verdict: Verdict
+    explained: float | None
+    contradicted: int
+    n: int
+    chance: float | None
+    p_chance: float
+    suspects: tuple[Suspect, ...] = ()
+
+    def to_json(self) -> dict[str, Any]:
+        return {
+            "verdict": self.verdict,
+            "explained": None if self.explained is None else round(self.explained, 4),
+            "contradicted": self.contradicted,
+            "n": self.n,
+            "chance": None if self.chance is None else round(self.chance, 1),
+            "p_chance": round(self.p_chance, 4),
+            "suspects": [s.to_json() for s in self.suspects],
+        }
+
+
+def goodness_of_fit(
+    safe: FloatArray,
+    valid: BoolArray,
+    *,
+    predicted: FloatArray,
+    wrong: BoolArray,
+    margin: FloatArray,
+    covariates: Sequence[Covariate] = (),
+    draws: int = _DRAWS,
+    seed: int = 0,
+) -> Fit:
+    """The verdict on a rule.
+
+    Args:
+        safe: (n, K) measured columns, oriented so that more is safer; +inf where absent.
+        valid: (n,) labels.
+        predicted: (n,) probability of acceptance that the fit gives.
+        wrong: (n,) labels that the named rule contradicts.
+        margin: (n,) by how much each demonstration keeps the rule; +inf where nothing matters.
+        covariates: What else the answers may depend on.
+        draws: Permutations of the labels.
+
+    Source:
+        None: the paper has no such test.
+    """
+    n, missed = len(valid), int(wrong.sum())
+    if n == 0 or valid.all() or not valid.any():
+        return Fit("partly", None, missed, n, None, 1.0)
+    rng = np.random.default_rng(seed)
+    order = np.argsort(rng.random((draws, n)), axis=1)
+    labels = np.concatenate([valid[None], valid[order]])
+    score, errors = _separation(safe, labels)
+    p_chance = float((1 + (score[1:] >= score[0] - 1e-9).sum()) / (1 + draws))
+    chance = float(errors[1:].mean())
+    explained = float(np.clip(1.0 - missed / chance, 0.0, 1.0)) if chance > 0 else 1.0
+    suspects: tuple[Suspect, ...] = ()
+    if missed:
+        residual = valid.astype(np.float64) - predicted
+        suspects = scan_residuals(residual, margin, covariates, draws=draws, seed=seed)
+    if p_chance > CHANCE or explained == 0.0:
+        verdict: Verdict = "not"
+    elif explained < EXPLAINED or suspects:
+        verdict = "partly"
+    else:
+        verdict = "explains"
+    return Fit(verdict, explained, missed, n, chance, p_chance, suspects)
+
+
+def _separation(safe: FloatArray, labels: BoolArray) -> tuple[FloatArray, FloatArray]:
+    """How well one threshold on the least of some columns separates each row of labels (b, n).
+
+    Returns:
+        (b,) greatest log-likelihood ratio of "accepted less often below the threshold"; (b,)
+        fewest labels that a threshold gets wrong.
+    """
+    n = labels.shape[1]
+    accepted = labels.sum(axis=1).astype(np.float64)
+    best = np.zeros(len(labels))
+    errors = np.minimum(accepted, n - accepted)
+    whole = _log_likelihood(accepted, n - accepted)
+    for near in _candidates(safe):
+        order = np.argsort(near, kind="stable")
+        ranked = near[order]
+        cut = np.arange(1, n + 1)
+        ends = np.append(ranked[:-1] < ranked[1:], True) & np.isfinite(ranked)
+        cut = cut[ends]
+        cut = cut[cut < n]
+        if not len(cut):
+            continue
+        inside = np.cumsum(labels[:, order], axis=1)[:, cut - 1].astype(np.float64)
+        outside = accepted[:, None] - inside
+        errors = np.minimum(errors, (inside + (n - cut) - outside).min(axis=1))
+        gain = (
+            _log_likelihood(inside, cut - inside)
+            + _log_likelihood(outside, (n - cut) - outside)
+            - whole[:, None]
+        )
+        right = inside * (n - cut) < outside * cut
+        best = np.maximum(best, np.where(right, gain, 0.0).max(axis=1))
+    return best, errors
+
+
+def _candidates(safe: FloatArray) -> list[FloatArray]:
+    """(n,) least column of every class, every pair of classes (few classes), and of all."""
+    present = np.flatnonzero(np.isfinite(safe).any(axis=0)).tolist()
+    sets: list[tuple[int, ...]] = [(k,) for k in present]
+    if len(present) <= _PAIRS_UP_TO:
+        sets += list(combinations(present, 2))
+    if len(present) > 2:
+        sets.append(tuple(present))
+    return [safe[:, list(chosen)].min(axis=1) for chosen in sets]
+
+
+def _log_likelihood(yes: FloatArray, no: FloatArray) -> FloatArray:
+    """Greatest log-likelihood of `yes` and `no` answers under one rate."""
+    total = yes + no
+    with np.errstate(divide="ignore", invalid="ignore"):
+        parts = np.where(yes > 0, yes * np.log(yes / total), 0.0)
+        parts += np.where(no > 0, no * np.log(no / total), 0.0)
+    return np.asarray(parts)
