@@ -109,6 +109,58 @@ def test_relabel_flips_and_refuses_unknown_names() -> None:
         edit.relabel(data, {"d99": {"valid": True}})
 
 
+def _audit(path: Path, *entries: dict[str, Any]) -> Path:
+    path.write_text(json.dumps({"demonstrations": [{"verdict": "review", **e} for e in entries]}))
+    return path
+
+
+def _relabelled(root: Path, *options: str) -> int:
+    with pytest.raises(SystemExit) as stop:
+        main(["edit", "relabel", str(root), "--out", str(root.parent / "out"), *options])
+    return int(stop.value.code or 0)
+
+
+def test_an_audit_changes_at_most_a_fifth_of_a_type_unasked(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    root = write_small(tmp_path / "set")
+    audit = _audit(tmp_path / "a.json", {"demo_id": "d0"}, {"demo_id": "d1"}, {"demo_id": "d2"})
+    assert _relabelled(root, "--audit", str(audit)) == 2
+    assert "20%" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+    assert _relabelled(root, "--audit", str(audit), "--ids", "d1") == 0
+    record = json.loads((tmp_path / "out" / "provenance.json").read_text())
+    assert record["arguments"]["by_audit"] == ["d1"]
+    labels = read_set(tmp_path / "out").demonstrations.valid.tolist()
+    assert labels == [0, 0, 1, 0, 1, 1]
+    assert _relabelled(root, "--audit", str(audit), "--anyway", "--force") == 0
+    assert read_set(tmp_path / "out").demonstrations.valid.tolist() == [1, 0, 0, 0, 1, 1]
+
+
+@pytest.mark.parametrize(
+    "entry",
+    [{"demo_id": "d9"}, {"demo_id": 3}, {"demo_id": "d0", "scene_id": "elsewhere"},
+     {"demo_id": "d0", "type": "another"}, {"demo_id": "d0", "valid": True}],
+)  # fmt: skip
+def test_an_audit_of_another_set_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], entry: dict[str, Any]
+) -> None:
+    root = write_small(tmp_path / "set")
+    audit = _audit(tmp_path / "a.json", entry)
+    assert _relabelled(root, "--audit", str(audit), "--anyway") == 2
+    assert "a.json" in capsys.readouterr().err
+
+
+def test_ids_need_an_audit_that_doubts_them(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    root = write_small(tmp_path / "set")
+    audit = _audit(tmp_path / "a.json", {"demo_id": "d0"})
+    assert _relabelled(root, "--audit", str(audit), "--ids", "d1") == 2
+    assert _relabelled(root, "--ids", "d1") == 2
+    assert "--ids" in capsys.readouterr().err
+
+
 def test_labels_from_a_table(tmp_path: Path) -> None:
     root = write_small(tmp_path / "set")
     (tmp_path / "labels.csv").write_text("demo_id,valid\nd0,yes\nd1,\nd2,rejected\n")

@@ -113,24 +113,37 @@ def relabel(
         typer.Option("--labels", help="CSV: demo_id, then valid, type or demonstrator."),
     ] = None,
     audit: AuditFile = None,
+    ids: Annotated[
+        list[str] | None,
+        typer.Option("--ids", help="Of --audit only this DEMO_ID; may be repeated."),
+    ] = None,
+    anyway: Annotated[
+        bool,
+        typer.Option("--anyway", help="Let --audit change more than a fifth of a type's labels."),
+    ] = False,
     json: Json = False,
     force: Force = False,
 ) -> None:
     """Change labels, types or demonstrators; --audit flips every label to be reviewed."""
     from demospec.demonstrations import edit, read_set, readers
 
+    data = read_set(set_folder)
     changes: dict[str, dict[str, Any]] = {}
     if labels is not None:
         changes.update(readers.read_label_table(labels))
     for names, value in ((valid, True), (invalid, False), (flip, "flip")):
         for name in names or ():
             changes.setdefault(name, {})["valid"] = value
-    for name in _to_review(audit):
+    doubted = _to_review(audit, ids, data)
+    if not anyway:
+        edit.refuse_many(data, doubted)
+    for name in doubted:
         changes.setdefault(name, {})["valid"] = "flip"
     if not changes:
         raise InputError("a change (--valid, --invalid, --flip, --labels or --audit)", "none")
-    data = edit.relabel(read_set(set_folder), changes)
-    _write(data, out, "relabel", {"changes": changes}, [set_folder], json, force, truth=True)
+    record = {"changes": changes, "by_audit": doubted}
+    _write(edit.relabel(data, changes), out, "relabel", record, [set_folder], json, force,
+           truth=True)  # fmt: skip
 
 
 def drop(
@@ -162,12 +175,13 @@ def drop(
     """Leave demonstrations out; --audit leaves out all that are to be reviewed."""
     from demospec.demonstrations import edit, read_set
 
-    names = [*(demonstration or ()), *_to_review(audit)]
+    data = read_set(set_folder)
+    names = [*(demonstration or ()), *_to_review(audit, None, data)]
     arguments: dict[str, Any] = {
         "demonstrations": names, "scenes": scene or [], "types": type or [],
         "unlabelled": unlabelled, "duplicates": duplicates,
     }  # fmt: skip
-    data = edit.drop(read_set(set_folder), **arguments)
+    data = edit.drop(data, **arguments)
     _write(data, out, "drop", arguments, [set_folder], json, force, truth=True)
 
 
@@ -234,9 +248,13 @@ def trim(set_folder: SetFolder, out: OutFolder, json: Json = False, force: Force
     _write(data, out, "trim", {}, [set_folder], json, force, truth=True)
 
 
-def _to_review(audit: Path | None) -> list[str]:
+def _to_review(audit: Path | None, ids: list[str] | None, data: DemonstrationSet) -> list[str]:
+    """Demonstrations that an audit of this set would have reviewed; of `ids` only, where given."""
     if audit is None:
+        if ids:
+            raise InputError("--audit beside --ids", "none", field="--ids")
         return []
+    from demospec.demonstrations import edit
     from demospec.files import read_json
 
     document = read_json(audit)
@@ -244,7 +262,10 @@ def _to_review(audit: Path | None) -> list[str]:
     if not isinstance(items, list) or not all(isinstance(i, dict) for i in items):
         raise InputError("the JSON of `demospec audit`", "something else", file=audit,
                          field="demonstrations")  # fmt: skip
-    return [str(i.get("demo_id")) for i in items if i.get("verdict") == "review"]
+    try:
+        return edit.doubted(data, items, ids)
+    except InputError as error:
+        raise error.at(file=audit) from error
 
 
 def _write(

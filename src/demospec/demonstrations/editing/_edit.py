@@ -20,13 +20,14 @@ from demospec.demonstrations._trajectory import (
     joined,
 )
 from demospec.demonstrations.editing._columns import with_columns
+from demospec.demonstrations.editing._doubted import doubted, refuse_many
 from demospec.demonstrations.editing._geometry import crop, rescale, trim
 from demospec.errors import InputError
 from demospec.scene import Scene
 
 __all__ = [
-    "crop", "drop", "joined", "merge", "provenance", "refuse_inside", "relabel", "repeated",
-    "rescale", "split", "trim", "write_edited",
+    "crop", "doubted", "drop", "joined", "merge", "provenance", "refuse_inside", "refuse_many",
+    "relabel", "repeated", "rescale", "split", "trim", "write_edited",
 ]  # fmt: skip
 
 
