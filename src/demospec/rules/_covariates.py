@@ -48,7 +48,8 @@ def covariates_of(
     paths = [d.points(int(i)) for i in rows]
     stamps: list[FloatArray | None] = [None] * n
     if d.t is not None:
-        every = [d.t[d.offsets[i] : d.offsets[i + 1]] for i in rows]
+        flat = d.t
+        every = [flat[d.offsets[i] : d.offsets[i + 1]] for i in rows]
         stamps = [None if np.isnan(t).any() else t for t in every]
     for name, feature in PATH_FEATURES.items():
         value = np.array([feature(p, t, data.columns) for p, t in zip(paths, stamps, strict=True)])
@@ -115,7 +116,7 @@ def _by_side(
     for scene_id in dict.fromkeys(ids.tolist()):
         objects = data.scene(scene_id).objects or ()
         mine = np.flatnonzero(ids == scene_id)
-        thinned = [_thinned(paths[i][:, :2]) for i in mine]
+        thinned = [_thinned(paths[i][:, :2]) for i in mine.tolist()]
         points = np.concatenate(thinned)
         starts = np.concatenate([[0], np.cumsum([len(p) for p in thinned])[:-1]])
         for item in objects:
