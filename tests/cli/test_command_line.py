@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
 import sys
 from pathlib import Path
@@ -146,3 +147,31 @@ def test_a_run_that_is_stopped_says_that_it_goes_on(
         with pytest.raises(KeyboardInterrupt), goes_on(folder):
             raise KeyboardInterrupt
         assert ("the same command goes on from there" in capsys.readouterr().err) == said
+
+
+def test_doctor_names_what_is_absent_and_what_it_serves(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from demospec.cli._doctor import SERVES, doctor
+
+    monkeypatch.setitem(SERVES, "stl", (("no_such_library",), "export to STL, checked"))
+    doctor(json=True)
+    document = json.loads(capsys.readouterr().out)
+    assert all(document["core"].values())
+    assert document["extras"]["hdf5"]["present"]
+    assert document["extras"]["stl"] == {
+        "present": False,
+        "versions": {"no_such_library": None},
+        "serves": "export to STL, checked",
+    }
+    doctor()
+    assert "stl              absent (pip install 'demospec[stl]')" in capsys.readouterr().out
+
+
+def test_doctor_knows_every_extra() -> None:
+    from importlib import metadata
+
+    from demospec.cli._doctor import SERVES
+
+    extras = set(metadata.metadata("demospec").get_all("Provides-Extra") or ())
+    assert extras - {"all", "dev"} <= set(SERVES)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 GROUPS: tuple[tuple[str, tuple[str, ...]], ...] = (
-    ("Start here", ("demo", "studio")),
+    ("Start here", ("demo", "studio", "doctor")),
     ("Your data", ("check", "audit", "convert", "edit", "simulate", "detect")),
     ("Learn", ("rules", "query", "fit")),
     ("Explain", ("predict", "evaluate", "identify", "causes", "scenes")),
@@ -25,6 +25,11 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "demospec studio",
         "demospec studio my-set --out my-set-taught",
         "demospec studio my-set --run runs/demo --model rules.json",
+    ),
+    "doctor": (
+        "demospec doctor",
+        "demospec doctor --json | jq .extras.robot",
+        "demospec doctor --out environment.json",
     ),
     "check": (
         "demospec check my-set",
