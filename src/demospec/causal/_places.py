@@ -9,7 +9,8 @@ import numpy as np
 
 from demospec.demonstrations import bezier_points
 from demospec.frames import FloatArray
-from demospec.scene import Capsule, Disc, Footprint, Polygon, Scene, SceneObject
+from demospec.geometry import Capsule, Disc, Footprint, rims
+from demospec.scene import Scene, SceneObject
 
 POINTS_A_PATH = 64
 TRIES = 4000
@@ -136,12 +137,7 @@ def _reach(shape: Footprint, center: tuple[float, float]) -> float:
     if isinstance(shape, Capsule):
         ends = np.array([shape.start, shape.end]) - c
         return float(np.linalg.norm(ends, axis=1).max()) + shape.radius
-    if isinstance(shape, Polygon):
-        return float(np.linalg.norm(shape.vertices - c, axis=1).max())
-    x0, y0, x1, y1 = shape.bounds
-    return float(
-        np.linalg.norm(np.array([[x0, y0], [x0, y1], [x1, y0], [x1, y1]]) - c, axis=1).max()
-    )
+    return max(float(np.linalg.norm(rim - c, axis=1).max()) for rim in rims(shape))
 
 
 def stand(
@@ -150,34 +146,10 @@ def stand(
     """A copy of `template` at another place, turned about its centre (clockwise in the picture)."""
     from dataclasses import replace
 
-    by = (center[0] - template.center[0], center[1] - template.center[1])
-    shape = None if template.footprint is None else _turned(template, angle_rad).moved(by)
-    box = None
-    if template.bbox is not None and shape is not None:
-        x0, y0, x1, y1 = shape.bounds
-        box = (x0, y0, x1 - x0, y1 - y0)
-    elif template.bbox is not None:
-        box = (template.bbox[0] + by[0], template.bbox[1] + by[1], *template.bbox[2:])
-    return replace(template, id=id, center=center, footprint=shape, bbox=box)
-
-
-def _turned(item: SceneObject, angle_rad: float) -> Footprint:
-    shape = item.outline
     c, s = np.cos(angle_rad), np.sin(angle_rad)
     turn = np.array([[c, -s], [s, c]])
-    center = np.asarray(item.center)
-
-    def at(point: tuple[float, float]) -> tuple[float, float]:
-        x, y = center + turn @ (np.asarray(point) - center)
-        return (float(x), float(y))
-
-    if isinstance(shape, Disc):
-        return Disc(at(shape.center), shape.radius)
-    if isinstance(shape, Capsule):
-        return Capsule(at(shape.start), at(shape.end), shape.radius)
-    if isinstance(shape, Polygon):
-        return Polygon(center + (shape.vertices - center) @ turn.T)
-    return shape  # a footprint of a kind unknown here keeps its pose
+    offset = np.asarray(center) - turn @ np.asarray(template.center)
+    return replace(template.mapped(turn, offset), id=id, center=center)
 
 
 def new_id(scene: Scene, symbol: str) -> str:

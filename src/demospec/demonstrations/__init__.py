@@ -26,7 +26,7 @@ if TYPE_CHECKING:
         View,
         p_valid_mean,
     )
-    from demospec.demonstrations._schema import parse
+    from demospec.demonstrations._schema import object_from_json, parse
     from demospec.demonstrations._set import DemonstrationSet
     from demospec.demonstrations._store import pictures_in_memory, read_set, write_set
     from demospec.demonstrations._trajectory import (
@@ -69,6 +69,7 @@ __all__ = [
     "cut_rows",
     "iterate_batches",
     "read_part",
+    "object_from_json",
     "p_valid_mean",
     "parse",
     "pictures_in_memory",
@@ -105,6 +106,7 @@ _HOME = {
     "edit": "editing._edit:",
     "fit_bezier": "_bezier",
     "iterate_batches": "large._stream",
+    "object_from_json": "_schema",
     "p_valid_mean": "_protocol",
     "parse": "_schema",
     "pictures_in_memory": "_store",

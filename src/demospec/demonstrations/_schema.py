@@ -11,7 +11,8 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationErr
 from demospec.demonstrations._trajectory import MAX_COORDINATE
 from demospec.errors import InputError
 from demospec.files import to_json
-from demospec.scene import Disc, Picture, Polygon, Scene, SceneObject, SceneRecipe, rectangle
+from demospec.geometry import Disc, Footprint, MultiPolygon, Polygon, rectangle
+from demospec.scene import Picture, Relation, Scene, SceneObject, SceneRecipe
 
 M = TypeVar("M", bound=BaseModel)
 
@@ -34,6 +35,16 @@ def _box(value: list[float]) -> list[float]:
         raise ValueError("must be [x, y, width, height] with width and height of at least 0")
     return value
 
+
+def _ascending(value: list[float]) -> list[float]:
+    if value[1] < value[0]:
+        raise ValueError("must be [z_low, z_high] with z_low at most z_high")
+    return value
+
+
+Corners = Annotated[
+    list[Annotated[list[Coordinate], Field(min_length=2, max_length=2)]], Field(min_length=3)
+]
 
 Name = Annotated[str, Field(min_length=1, max_length=1000)]
 
@@ -64,33 +75,52 @@ class ObjectLine(_Strict):
     bbox: (
         Annotated[list[Coordinate], Field(min_length=4, max_length=4), AfterValidator(_box)] | None
     ) = None
-    polygon: (
-        Annotated[
-            list[Annotated[list[Coordinate], Field(min_length=2, max_length=2)]],
-            Field(min_length=3),
-        ]
+    polygon: Corners | None = None
+    polygons: Annotated[list[Corners], Field(min_length=1)] | None = None
+    radius: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
+    heading_deg: Annotated[float, Field(allow_inf_nan=False)] | None = None
+    height: (
+        Annotated[list[Coordinate], Field(min_length=2, max_length=2), AfterValidator(_ascending)]
         | None
     ) = None
-    radius: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
 
     def to_object(self) -> SceneObject:
-        """The object; its footprint is the polygon, else the disc, else the box."""
+        """The object; its footprint is the polygons, else the polygon, else the disc, else the
+        box."""
         center = (self.center[0], self.center[1])
         box = (
             None if self.bbox is None else (self.bbox[0], self.bbox[1], self.bbox[2], self.bbox[3])
         )
-        footprint: Polygon | Disc | None = None
-        if self.polygon is not None:
+        footprint: Footprint | None = None
+        if self.polygons is not None and len(self.polygons) > 1:
+            footprint = MultiPolygon(self.polygons)
+        elif self.polygons is not None:
+            footprint = Polygon(self.polygons[0])
+        elif self.polygon is not None:
             footprint = Polygon(self.polygon)
         elif self.radius is not None:
             footprint = Disc(center, self.radius)
         elif box is not None:
             footprint = rectangle(*box)
-        return SceneObject(self.id, self.symbol, center, box, footprint)
+        height = None if self.height is None else (self.height[0], self.height[1])
+        return SceneObject(self.id, self.symbol, center, box, footprint, self.heading_deg, height)
+
+
+def object_from_json(document: object) -> SceneObject:
+    """One object as `SceneObject.to_json` writes it; InputError names the field."""
+    return parse(ObjectLine, document).to_object()
+
+
+class RelationLine(_Strict):
+    """Two objects of a scene that belong together."""
+
+    kind: Name
+    between: Annotated[list[Name], Field(min_length=2, max_length=2)]
 
 
 class SceneLine(_Strict):
-    """One line of ``scenes/metadata.jsonl``. An empty list of objects means *not listed*."""
+    """One line of ``scenes/metadata.jsonl``. An empty list of objects means *not listed*, unless
+    ``listed`` says that the table is empty."""
 
     file_name: Name | None = None
     scene_id: Name
@@ -98,32 +128,51 @@ class SceneLine(_Strict):
     start: Annotated[list[Coordinate], Field(min_length=2)]
     goal: Annotated[list[Coordinate], Field(min_length=2)]
     objects: list[ObjectLine] | None = None
+    listed: bool | None = None
+    relations: list[RelationLine] | None = None
 
     def to_scene(self, picture: Picture | None) -> Scene:
         """The scene, with a picture that the caller opened.
 
         Raises:
-            InputError: ``render`` is no whole recipe.
+            InputError: ``render`` is no whole recipe; objects that are listed and said not to
+                be; a relation of an object that is not in the list.
         """
-        objects = tuple(o.to_object() for o in self.objects) if self.objects else None
         extra = dict(self.model_extra or {})
         recipe = SceneRecipe.from_json(extra.get("render"))
         if recipe is not None:
             del extra["render"]
+        objects = tuple(o.to_object() for o in self.objects or ())
+        if objects and self.listed is False:
+            raise InputError("no objects, or listed true", "listed false", field="listed")
+        listed = objects if objects or self.listed else None
+        for relation in self.relations or ():
+            for name in relation.between:
+                if listed is not None and all(o.id != name for o in listed):
+                    raise InputError("ids of objects of this scene", name,
+                                     field="relations.between")  # fmt: skip
         return Scene(
             scene_id=self.scene_id,
             start=tuple(self.start),
             goal=tuple(self.goal),
-            objects=objects,
+            objects=listed,
             picture=picture,
             split=self.split,
             extra=tuple(extra.items()),
             recipe=recipe,
+            relations=tuple(
+                Relation(r.kind, (r.between[0], r.between[1])) for r in self.relations or ()
+            ),
         )
 
     @staticmethod
     def of(scene: Scene, file_name: str | None) -> _Line:
         """The line that describes `scene`."""
+        said: dict[str, Any] = {}
+        if scene.objects == ():
+            said["listed"] = True
+        if scene.relations:
+            said["relations"] = [r.to_json() for r in scene.relations]
         return _Line(
             {
                 "file_name": file_name,
@@ -132,6 +181,7 @@ class SceneLine(_Strict):
                 "start": list(scene.start),
                 "goal": list(scene.goal),
                 "objects": [o.to_json() for o in scene.objects or ()],
+                **said,
                 **({} if scene.recipe is None else {"render": scene.recipe.to_json()}),
                 **dict(scene.extra),
             }

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from demospec.frames import FloatArray, PixelFrame
-from demospec.scene import Capsule, Disc, Footprint, Polygon, Scene, SceneObject
+from demospec.geometry import Disc, rims
+from demospec.scene import Scene, SceneObject
 
 if TYPE_CHECKING:
     import mujoco
@@ -73,8 +74,8 @@ def add_table(
 ) -> None:
     """Adds the table top and one fixed body per object: ``table``, ``object/ID``.
 
-    A body is the upright prism over the footprint's convex hull (MuJoCo collides convex
-    shapes only), so 3-D clearances are on the safe side for footprints with notches.
+    A body is the upright prisms over the convex hulls of the footprint's parts (MuJoCo collides
+    convex shapes only), so 3-D clearances are on the safe side for footprints with notches.
     """
     import mujoco
 
@@ -109,9 +110,7 @@ def _add_object(
     body = spec.worldbody.add_body(name=name, pos=base)
     scale = place.frame.length_to_metres(1.0)
     geom: dict[str, Any] = {"name": name, "rgba": rgba}
-    rim = _rim(item.outline)
-    if rim is None:
-        assert isinstance(item.outline, Disc)
+    if isinstance(item.outline, Disc):
         radius = max(item.outline.radius * scale, _LEAST_RADIUS_M)
         body.add_geom(
             type=mujoco.mjtGeom.mjGEOM_CYLINDER,
@@ -120,22 +119,9 @@ def _add_object(
             **geom,
         )
         return
-    floor = place.to_world(rim) - base
-    prism = np.concatenate([floor, floor + np.array([0.0, 0.0, height])])
-    spec.add_mesh(name=name, uservert=prism.ravel())
-    body.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, **geom)
-
-
-def _rim(shape: Footprint, n: int = 32) -> FloatArray | None:
-    """Points whose convex hull holds the footprint, or None for a disc."""
-    if isinstance(shape, Disc):
-        return None
-    if isinstance(shape, Polygon):
-        return shape.vertices
-    if isinstance(shape, Capsule):
-        angle = np.linspace(0.0, 2 * np.pi, n, endpoint=False)
-        ring = np.stack([np.cos(angle), np.sin(angle)], axis=1) * shape.radius
-        ends = np.array([shape.start, shape.end])
-        return np.asarray((ends[:, None] + ring).reshape(-1, 2))
-    x0, y0, x1, y1 = shape.bounds
-    return np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
+    for number, rim in enumerate(rims(item.outline, corners=32)):
+        part = name if number == 0 else f"{name}/{number}"
+        floor = place.to_world(rim) - base
+        prism = np.concatenate([floor, floor + np.array([0.0, 0.0, height])])
+        spec.add_mesh(name=part, uservert=prism.ravel())
+        body.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=part, **{**geom, "name": part})

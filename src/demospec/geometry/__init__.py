@@ -1,6 +1,8 @@
 """Geometry in the plane: footprints, exact distances between shapes, points and segments."""
 
 from demospec.geometry._extent import Bounds, bounds_of, extent, path_bounds
+from demospec.geometry._multi_polygon import MultiPolygon
+from demospec.geometry._outlines import rims, similar
 from demospec.geometry._segment_distance import (
     nearest,
     path_distance,
@@ -14,6 +16,7 @@ __all__ = [
     "Capsule",
     "Disc",
     "Footprint",
+    "MultiPolygon",
     "Polygon",
     "bounds_of",
     "extent",
@@ -21,6 +24,8 @@ __all__ = [
     "path_bounds",
     "path_distance",
     "rectangle",
+    "rims",
     "segment_distance",
     "segments_keep",
+    "similar",
 ]

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from demospec.frames import FloatArray
+from demospec.geometry._multi_polygon import MultiPolygon
 from demospec.geometry._shapes import Capsule, Disc, Footprint, Polygon
 
 BoolArray = NDArray[np.bool_]
@@ -36,8 +37,8 @@ def nearest(shape: Footprint, points: FloatArray) -> tuple[FloatArray, FloatArra
         offset = points - _project(points, a[None], b[None])[:, 0]
         gap = np.hypot(offset[:, 0], offset[:, 1])
         return gap - shape.radius, _unit(offset, gap)
-    if isinstance(shape, Polygon):
-        return _nearest_polygon(shape.vertices, points)
+    if isinstance(shape, (Polygon, MultiPolygon)):
+        return _nearest_edge(shape, points)
     signed = shape.signed_distance(points)
     slope = np.stack([_slope(shape, points, axis) for axis in np.eye(2)], axis=1)
     return signed, _unit(slope, np.hypot(slope[:, 0], slope[:, 1]))
@@ -62,11 +63,10 @@ def segment_distance(shape: Footprint, a: FloatArray, b: FloatArray) -> FloatArr
         core = np.asarray(shape.start)[None], np.asarray(shape.end)[None]
         gap, _ = _segment_pairs(a, b, *core)
         return np.asarray(gap[:, 0] - shape.radius)
-    if not isinstance(shape, Polygon):
+    if not isinstance(shape, (Polygon, MultiPolygon)):
         u = np.linspace(0.0, 1.0, _MAP_SAMPLES)[None, :, None]
         return np.asarray(shape.signed_distance(a[:, None] * (1 - u) + b[:, None] * u).min(axis=1))
-    v = shape.vertices
-    gaps, crossings = _segment_pairs(a, b, v, _next(v))
+    gaps, crossings = _segment_pairs(a, b, *shape.edges)
     least = gaps.min(axis=1)
     # A segment that touches no edge is wholly inside or wholly outside: ask its start.
     for i in np.flatnonzero((least <= 0) | (shape.signed_distance(a) < 0)):
@@ -95,6 +95,10 @@ def segments_keep(shape: Footprint, a: FloatArray, b: FloatArray, radius: float)
     segment and a polygon is its corners against the segment, and crossings: a third of the
     work of `segment_distance`.
     """
+    if isinstance(shape, MultiPolygon):
+        return np.asarray(
+            np.all([segments_keep(part, a, b, radius) for part in shape.parts], axis=0)
+        )
     if not isinstance(shape, Polygon):
         return np.asarray(segment_distance(shape, a, b) >= radius)
     v = shape.vertices
@@ -119,8 +123,10 @@ def _next(v: NDArray[Any]) -> NDArray[Any]:
     return np.concatenate([v[1:], v[:1]])
 
 
-def _nearest_polygon(v: FloatArray, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-    w = _next(v)
+def _nearest_edge(
+    shape: Polygon | MultiPolygon, points: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    v, w = shape.edges
     ex, ey = (w - v).T
     length2 = ex * ex + ey * ey
     dx, dy = points[:, :1] - v[:, 0], points[:, 1:] - v[:, 1]
@@ -130,12 +136,7 @@ def _nearest_polygon(v: FloatArray, points: FloatArray) -> tuple[FloatArray, Flo
     row = np.arange(len(points))
     edge = gap2.argmin(axis=1)
     gap = np.sqrt(gap2[row, edge])
-    # Even-odd rule, as in `Polygon`.
-    above = v[:, 1] > points[:, 1:]
-    straddles = above != _next(above.T).T
-    with np.errstate(divide="ignore", invalid="ignore"):
-        right = dx < dy * (ex / ey)
-    sign = np.where((straddles & right).sum(axis=1) % 2 == 1, -1.0, 1.0)
+    sign = np.where(shape.contains(points), -1.0, 1.0)
     away = np.stack([dx2[row, edge], dy2[row, edge]], axis=1)
     return sign * gap, _unit(away * sign[:, None], gap)
 

@@ -113,47 +113,36 @@ class Polygon:
         low, high = self.vertices.min(axis=0), self.vertices.max(axis=0)
         return (float(low[0]), float(low[1]), float(high[0]), float(high[1]))
 
+    @property
+    def edges(self) -> tuple[FloatArray, FloatArray]:
+        """The rim as straight edges: first ends (k, 2), second ends (k, 2), pixels."""
+        return self.vertices, np.roll(self.vertices, -1, axis=0)
+
     def signed_distance(self, points: ArrayLike) -> FloatArray:
         p = np.asarray(points, dtype=np.float64)[..., :2]
         flat = p.reshape(-1, 2)
-        out = np.empty(len(flat))
-        edges = len(self.vertices)
-        # Blocks of (point, edge) pairs that stay in the processor's cache: four times faster
-        # than large ones, and the memory stays bounded.
-        step = max(1, 16_000 // edges)
-        for low in range(0, len(flat), step):
-            out[low : low + step] = self._gap(flat[low : low + step])
+        out = self._lines.distance(flat)
+        inside = self.contains(flat)
+        out[inside] = -out[inside]
+        return out.reshape(p.shape[:-1])
+
+    def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
+        """Shape (..., 2) → (...): whether a point lies inside, by the even-odd rule."""
+        p = np.asarray(points, dtype=np.float64)[..., :2]
+        flat = p.reshape(-1, 2)
+        out = np.zeros(len(flat), dtype=bool)
         x0, y0, x1, y1 = self.bounds
         x, y = flat[:, 0], flat[:, 1]
         near = np.flatnonzero((x >= x0) & (x <= x1) & (y >= y0) & (y <= y1))
+        step = max(1, _PAIRS // len(self.vertices))
         for low in range(0, len(near), step):
             rows = near[low : low + step]
-            rows = rows[self._inside(flat[rows])]
-            out[rows] = -out[rows]
+            out[rows] = self._inside(flat[rows])
         return out.reshape(p.shape[:-1])
 
     @cached_property
-    def _edges(self) -> _Edges:
-        return _Edges(self.vertices)
-
-    def _gap(self, p: FloatArray) -> FloatArray:
-        """(m, 2) → (m,) distance to the nearest edge."""
-        edges = self._edges
-        q = np.ones((len(p), 3))
-        q[:, :2] = p - edges.origin
-        # Squared distance to every edge, less |q|²: |a|² − 2 q·a + |e|² t (t − 2 t_free).
-        free = q @ edges.to_parameter
-        t = np.clip(free, 0.0, 1.0)
-        free *= -2.0
-        free += t
-        free *= t
-        free *= edges.length2
-        free += q @ edges.to_square
-        # That cancels digits, so it only picks the edge; the distance is measured afresh.
-        nearest = free.argmin(axis=1)
-        share = t[np.arange(len(p)), nearest, None]
-        gap = q[:, :2] - edges.first[nearest] - share * edges.along[nearest]
-        return np.asarray(np.hypot(gap[:, 0], gap[:, 1]))
+    def _lines(self) -> Edges:
+        return Edges(*self.edges)
 
     def _inside(self, p: FloatArray) -> NDArray[np.bool_]:
         """(m, 2) → (m,) even-odd rule: count the edges that a ray to the right crosses."""
@@ -171,18 +160,48 @@ class Polygon:
         return Polygon(self.vertices + np.asarray(by, dtype=np.float64))
 
 
-class _Edges:
-    """The edges of a polygon, about its middle, as matrices that act on [x, y, 1]."""
+_PAIRS = 16_000
+"""Pairs of point and edge in a block that stays in the processor's cache: four times faster than
+a large one, and the memory stays bounded."""
 
-    def __init__(self, vertices: FloatArray) -> None:
-        self.origin = (vertices.min(axis=0) + vertices.max(axis=0)) / 2
-        self.first = vertices - self.origin
-        self.along = np.roll(self.first, -1, axis=0) - self.first
+
+class Edges:
+    """Straight edges, about their middle, as matrices that act on [x, y, 1]."""
+
+    def __init__(self, first: FloatArray, second: FloatArray) -> None:
+        self.origin = (first.min(axis=0) + first.max(axis=0)) / 2
+        self.first = first - self.origin
+        self.along = second - self.origin - self.first
         self.length2 = (self.along**2).sum(axis=1)
         per_length2 = 1.0 / np.where(self.length2 > 0, self.length2, 1.0)
         offset = -(self.first * self.along).sum(axis=1)
         self.to_parameter = np.vstack([self.along.T, offset]) * per_length2
         self.to_square = np.vstack([-2.0 * self.first.T, (self.first**2).sum(axis=1)])
+
+    def distance(self, points: FloatArray) -> FloatArray:
+        """(n, 2) → (n,): distance to the nearest edge, pixels."""
+        out = np.empty(len(points))
+        step = max(1, _PAIRS // len(self.first))
+        for low in range(0, len(points), step):
+            out[low : low + step] = self._gap(points[low : low + step])
+        return out
+
+    def _gap(self, p: FloatArray) -> FloatArray:
+        q = np.ones((len(p), 3))
+        q[:, :2] = p - self.origin
+        # Squared distance to every edge, less |q|²: |a|² − 2 q·a + |e|² t (t − 2 t_free).
+        free = q @ self.to_parameter
+        t = np.clip(free, 0.0, 1.0)
+        free *= -2.0
+        free += t
+        free *= t
+        free *= self.length2
+        free += q @ self.to_square
+        # That cancels digits, so it only picks the edge; the distance is measured afresh.
+        nearest = free.argmin(axis=1)
+        share = t[np.arange(len(p)), nearest, None]
+        gap = q[:, :2] - self.first[nearest] - share * self.along[nearest]
+        return np.asarray(np.hypot(gap[:, 0], gap[:, 1]))
 
 
 def rectangle(x: float, y: float, width: float, height: float) -> Polygon:

@@ -11,7 +11,8 @@ import numpy as np
 
 from demospec.errors import MissingExtraError
 from demospec.files import writing_file
-from demospec.scene import Image, Polygon, SceneObject
+from demospec.geometry import rims
+from demospec.scene import Image, SceneObject
 
 if TYPE_CHECKING:
     from demospec.perception._detection import DetectedObject
@@ -43,8 +44,8 @@ def overlay_picture(
     dark = [withStroke(linewidth=2.5, foreground="black")]
     for item in objects:
         colour = COLOURS[symbols.index(item.symbol) % len(COLOURS)]
-        if isinstance(item.footprint, Polygon):
-            rim = np.concatenate([item.footprint.vertices, item.footprint.vertices[:1]])
+        for corners in () if item.footprint is None else rims(item.footprint):
+            rim = np.concatenate([corners, corners[:1]])
             ax.plot(rim[:, 0], rim[:, 1], color=colour, linewidth=1.5, path_effects=dark)
         sure = getattr(item, "confidence", None)
         words = item.symbol if sure is None else f"{item.symbol} {sure:.2f}"

@@ -20,8 +20,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from demospec.errors import InputError
 from demospec.frames import FloatArray
+from demospec.geometry import Capsule, Disc, MultiPolygon, Polygon
 from demospec.planning._results import Zone
-from demospec.scene import Capsule, Disc, Polygon, Scene
+from demospec.scene import Scene
 
 Preset = Literal["physical", "paper", "count"]
 
@@ -142,7 +143,7 @@ class CostMap:
         A margin changes by at most the distance moved, so blocks of cells far from the rim
         are decided at once and only those near it are refined.
         """
-        if not all(isinstance(z.shape, (Disc, Capsule, Polygon)) for z in self.zones):
+        if not all(isinstance(z.shape, (Disc, Capsule, Polygon, MultiPolygon)) for z in self.zones):
             # A distance map as a network sees it may change faster than the place.
             return np.asarray(self.signed_distance < inflate)
         rows, columns = self.shape

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from demospec.frames import FloatArray
-from demospec.scene import Capsule, Disc, Footprint, Polygon, Scene
+from demospec.geometry import rims
+from demospec.scene import Scene
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -52,21 +53,6 @@ def to_png(figure: MplFigure, dpi: int = 150) -> bytes:
     return buffer.getvalue()
 
 
-def outline_points(shape: Footprint, n: int = 60) -> FloatArray:
-    """(n, 2) points along the rim, pixels, for drawing."""
-    if isinstance(shape, Polygon):
-        return np.concatenate([shape.vertices, shape.vertices[:1]])
-    angle = np.linspace(0, 2 * np.pi, n)
-    circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    if isinstance(shape, Disc):
-        return np.asarray(shape.center) + shape.radius * circle
-    assert isinstance(shape, Capsule)
-    a, b = np.asarray(shape.start), np.asarray(shape.end)
-    ahead = circle @ (b - a) >= 0
-    points = np.where(ahead[:, None], b, a) + shape.radius * circle
-    return np.concatenate([points, points[:1]])
-
-
 def draw_scene(
     ax: Axes, scene: Scene, title: str = "", *, outlines: bool = False, faded: bool = False
 ) -> None:
@@ -89,8 +75,8 @@ def draw_scene(
         ax.invert_yaxis()
     if outlines or scene.picture is None:
         for item in scene.objects or ():
-            rim = outline_points(item.outline)
-            ax.plot(*rim.T, color=NEUTRAL, linewidth=0.8)
+            for rim in rims(item.outline):
+                ax.plot(*np.concatenate([rim, rim[:1]]).T, color=NEUTRAL, linewidth=0.8)
             if scene.picture is None:
                 ax.annotate(item.symbol, item.center, ha="center", va="center", fontsize=6)
     ax.plot(*scene.start[:2], "o", color="white", markeredgecolor="black", markersize=5)

@@ -25,7 +25,7 @@ KNOWN: Mapping[str, tuple[str, ...]] = {
 
 _INSIDE = {
     "feature": "an object", "center": "an object", "class": "an object", "symbol": "an object",
-    "polygon": "an object", "radius": "an object", "objects": "a scene",
+    "polygon": "an object", "polygons": "an object", "radius": "an object", "objects": "a scene",
     "points": "a trajectory", "valid": "a trajectory", "scene": "a trajectory",
     "T_min": "bounds", "T_object": "bounds",
 }  # fmt: skip

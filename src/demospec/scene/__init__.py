@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING
 from demospec._lazy import names_of
 
 if TYPE_CHECKING:
-    from demospec.geometry import Capsule, Disc, Footprint, Polygon, rectangle
+    from demospec.geometry import Capsule, Disc, Footprint, MultiPolygon, Polygon, rectangle
+    from demospec.scene._picture import Image, Picture
     from demospec.scene._recipe import CatalogueEntry, Light, SceneRecipe, TableTop
-    from demospec.scene._scene import Image, Picture, Scene, SceneObject
+    from demospec.scene._scene import Relation, Scene, SceneObject
     from demospec.scene._upright import upright
     from demospec.scene.editing._cut_outs import CutOut, cut_out
     from demospec.scene.editing._free_places import free_places, room_around
@@ -49,9 +50,11 @@ __all__ = [
     "Image",
     "Light",
     "Mesh",
+    "MultiPolygon",
     "Picture",
     "Placement",
     "Polygon",
+    "Relation",
     "Scene",
     "SceneObject",
     "SceneRecipe",
@@ -94,15 +97,17 @@ _HOME = {
     "CutOut": "editing._cut_outs",
     "Disc": "demospec.geometry",
     "Footprint": "demospec.geometry",
-    "Image": "_scene",
+    "Image": "_picture",
     "CatalogueEntry": "_recipe",
     "Light": "_recipe",
     "SceneRecipe": "_recipe",
     "TableTop": "_recipe",
     "Mesh": "rendering._mesh",
-    "Picture": "_scene",
+    "MultiPolygon": "demospec.geometry",
+    "Picture": "_picture",
     "Placement": "rendering._compose",
     "Polygon": "demospec.geometry",
+    "Relation": "_scene",
     "SAMPLES": "rendering._sprites",
     "STATISTICS": "rendering._draw_scene",
     "Scene": "_scene",

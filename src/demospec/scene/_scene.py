@@ -2,31 +2,28 @@
 
 from __future__ import annotations
 
-import os
-import struct
-import warnings
-import zlib
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from demospec.errors import CannotJudgeError, InputError
-from demospec.geometry import Bounds, Disc, Footprint, Polygon, bounds_of, extent, rectangle
-from demospec.scene._plain_png import plain_png_size
-from demospec.scene._upright import upright, upright_size
-from demospec.scene._whole import is_truncated
+from demospec.errors import CannotJudgeError
+from demospec.geometry import (
+    Bounds,
+    Disc,
+    Footprint,
+    MultiPolygon,
+    Polygon,
+    bounds_of,
+    extent,
+    rectangle,
+    similar,
+)
+from demospec.scene._picture import Image, Picture
 
 if TYPE_CHECKING:
     from demospec.scene._recipe import SceneRecipe
-
-Image = NDArray[np.uint8]
-
-MAX_PICTURE_PIXELS = 64_000_000
-"""Largest picture that is decoded; a larger one is taken for a decompression bomb."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +36,11 @@ class SceneObject:
         center: Pixels.
         bbox: (x, y, width, height), pixels, or None.
         footprint: Outline on the table, or None where it is not known. Read from
-            ``polygon``, else from ``radius``, else from ``bbox`` (as a rectangle).
+            ``polygons`` (several parts), else from ``polygon``, else from ``radius``, else
+            from ``bbox`` (as a rectangle).
+        heading_deg: Direction that it faces, from +x towards +y, degrees; None where it has
+            none or it is not known.
+        height: Lowest and highest z of the object, set units, or None.
     """
 
     id: str
@@ -47,6 +48,8 @@ class SceneObject:
     center: tuple[float, float]
     bbox: tuple[float, float, float, float] | None = None
     footprint: Footprint | None = None
+    heading_deg: float | None = None
+    height: tuple[float, float] | None = None
 
     @property
     def outline(self) -> Footprint:
@@ -62,6 +65,35 @@ class SceneObject:
             self, center=(self.center[0] + dx, self.center[1] + dy), bbox=box, footprint=shape
         )
 
+    def mapped(self, matrix: ArrayLike, offset: ArrayLike = (0.0, 0.0)) -> SceneObject:
+        """The same object under p ↦ matrix p + offset: turned, mirrored, scaled, moved.
+
+        Args:
+            matrix: (2, 2), a rotation or reflection times a factor; the factor scales the
+                height too.
+            offset: (2,), pixels.
+        """
+        m, o = np.asarray(matrix, dtype=np.float64), np.asarray(offset, dtype=np.float64)
+        x, y = m @ np.asarray(self.center) + o
+        shape = None if self.footprint is None else similar(self.footprint, m, o)
+        box, heading, height = self.bbox, self.heading_deg, self.height
+        if box is not None:
+            outline = shape if shape is not None and m.all() else similar(rectangle(*box), m, o)
+            x0, y0, x1, y1 = outline.bounds
+            box = (x0, y0, x1 - x0, y1 - y0)
+        scales_only = m[0, 0] > 0 and bool((m == m[0, 0] * np.eye(2)).all())
+        if heading is not None and not scales_only:
+            ahead = np.deg2rad(heading)
+            along = m @ np.array([np.cos(ahead), np.sin(ahead)])
+            heading = float(np.rad2deg(np.arctan2(along[1], along[0])))
+        if height is not None:
+            factor = float(np.sqrt(abs(np.linalg.det(m))))
+            height = (height[0] * factor, height[1] * factor)
+        return replace(
+            self, center=(float(x), float(y)), bbox=box, footprint=shape, heading_deg=heading,
+            height=height,
+        )  # fmt: skip
+
     def to_json(self) -> dict[str, Any]:
         """The object as in ``scenes/metadata.jsonl``."""
         document: dict[str, Any] = {
@@ -73,8 +105,14 @@ class SceneObject:
             document["bbox"] = list(self.bbox)
         if isinstance(self.footprint, Polygon) and self.footprint != _box(self.bbox):
             document["polygon"] = self.footprint.vertices.tolist()
+        elif isinstance(self.footprint, MultiPolygon):
+            document["polygons"] = [part.vertices.tolist() for part in self.footprint.parts]
         elif isinstance(self.footprint, Disc):
             document["radius"] = self.footprint.radius
+        if self.heading_deg is not None:
+            document["heading_deg"] = self.heading_deg
+        if self.height is not None:
+            document["height"] = list(self.height)
         return document
 
 
@@ -82,146 +120,21 @@ def _box(bbox: tuple[float, float, float, float] | None) -> Polygon | None:
     return None if bbox is None else rectangle(*bbox)
 
 
-class Picture:
-    """A picture in memory or in a file; a file is decoded each time the pixels are asked for.
+@dataclass(frozen=True)
+class Relation:
+    """Two objects that belong together, such as people who talk to each other.
 
-    A photograph that notes which way is up (EXIF) is turned as viewers turn it: sizes, pixels
-    and all coordinates are those of the picture that people see.
+    Args:
+        kind: A word, such as ``interact``.
+        between: Ids of the two objects.
     """
 
-    _draw: Callable[[], Image] | None = None
+    kind: str
+    between: tuple[str, str]
 
-    def __init__(self, *, array: ArrayLike | None = None, file: Path | None = None) -> None:
-        if (array is None) == (file is None):
-            raise ValueError("give either an array or a file")
-        self.file = file
-        self._array: Image | None = None
-        self._size: tuple[int, int] | None = None
-        if array is not None:
-            pixels = np.asarray(array)
-            if pixels.ndim != 3 or pixels.shape[2] != 3 or pixels.dtype != np.uint8:
-                found = f"shape {pixels.shape}, {pixels.dtype}"
-                raise InputError("an 8-bit RGB picture (height, width, 3)", found, field="image")
-            self._array = pixels
-            self._size = (pixels.shape[1], pixels.shape[0])
-
-    @classmethod
-    def drawn(cls, size_px: tuple[int, int], draw: Callable[[], Image]) -> Picture:
-        """A picture that is drawn when its pixels are first asked for, and then kept.
-
-        Most interventions are judged by something that never looks.
-
-        Args:
-            size_px: (width, height) of what `draw` returns.
-            draw: Gives (height, width, 3) uint8, always the same.
-        """
-        made = cls.__new__(cls)
-        made.file, made._array, made._size, made._draw = None, None, size_px, draw
-        return made
-
-    def __getstate__(self) -> dict[str, Any]:
-        """Copies for other processes hold pixels, not what would draw them."""
-        if self._draw is not None:
-            _ = self.pixels
-        return {"file": self.file, "_array": self._array, "_size": self._size}
-
-    @property
-    def size_px(self) -> tuple[int, int]:
-        """(width, height), read from the file's header.
-
-        Raises:
-            InputError: As `pixels`, as far as header and end of the file tell.
-        """
-        if self._size is None:
-            self._size = _plain_size(self.file)
-        if self._size is None:
-            with _opened(self.file) as picture:
-                _refuse_truncated(self.file, str(picture.format))
-                self._size = upright_size(picture)
-        return self._size
-
-    @property
-    def pixels(self) -> Image:
-        """(height, width, 3) uint8.
-
-        Raises:
-            InputError: Not a readable picture, truncated, or larger than
-                `MAX_PICTURE_PIXELS`.
-        """
-        if self._array is None and self._draw is not None:
-            self._array, self._draw = self._draw(), None
-        if self._array is not None:
-            return self._array
-        with _opened(self.file) as picture:
-            try:
-                return np.asarray(upright(picture).convert("RGB"))
-            except _BROKEN as error:
-                raise InputError("a whole picture", str(error), file=self.file) from error
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Picture) and np.array_equal(self.pixels, other.pixels)
-
-    __hash__ = None  # type: ignore[assignment]
-
-
-_FORMATS = ("PNG", "JPEG", "WEBP", "BMP", "PPM", "TIFF")
-"""What is decoded. Pillow knows more, some of it (EPS) by running other programs."""
-
-_BROKEN = (
-    OSError, SyntaxError, ValueError, EOFError, IndexError, KeyError, TypeError, OverflowError,
-    MemoryError, struct.error, zlib.error,
-)  # fmt: skip
-"""What Pillow's decoders raise on broken files."""
-
-
-def _plain_size(file: str | os.PathLike[str] | None) -> tuple[int, int] | None:
-    """The size of a whole, plain PNG; None for what Pillow has to look at."""
-    assert file is not None
-    try:
-        size = plain_png_size(file)
-    except OSError:  # Pillow's words are those that users know
-        return None
-    if size is None or size[0] * size[1] > MAX_PICTURE_PIXELS:
-        return None
-    _refuse_truncated(file, "PNG")
-    return size
-
-
-def _opened(file: str | os.PathLike[str] | None) -> Any:
-    import PIL.Image
-
-    assert file is not None
-    try:
-        with warnings.catch_warnings():
-            # Pillow warns of some large pictures; ours is a refusal, below.
-            warnings.simplefilter("ignore", PIL.Image.DecompressionBombWarning)
-            # Nor does a damaged note beside the pixels concern anyone.
-            warnings.filterwarnings("ignore", "(Possibly c|C)orrupt EXIF data")
-            picture = PIL.Image.open(file, formats=_FORMATS)
-    except PIL.Image.DecompressionBombError as error:
-        raise InputError(
-            f"a picture of at most {MAX_PICTURE_PIXELS} pixels", str(error), file=file
-        ) from error
-    except _BROKEN as error:
-        found = getattr(error, "strerror", None) or "something else"
-        raise InputError("a PNG or JPEG picture", found, file=file) from error
-    width, height = picture.size
-    if width * height > MAX_PICTURE_PIXELS:
-        picture.close()
-        raise InputError(
-            f"a picture of at most {MAX_PICTURE_PIXELS} pixels", f"{width}x{height}", file=file
-        )
-    return picture
-
-
-def _refuse_truncated(file: str | os.PathLike[str] | None, kind: str) -> None:
-    assert file is not None
-    try:
-        cut = is_truncated(file, kind)
-    except OSError as error:
-        raise InputError("a readable file", error.strerror or str(error), file=file) from error
-    if cut:
-        raise InputError("a whole picture", f"a {kind} that stops before its end", file=file)
+    def to_json(self) -> dict[str, Any]:
+        """The relation as in ``scenes/metadata.jsonl``."""
+        return {"kind": self.kind, "between": list(self.between)}
 
 
 @dataclass(frozen=True)
@@ -237,6 +150,8 @@ class Scene:
         split: ``train`` or ``test``.
         extra: Further keys of the metadata line, kept as they came.
         recipe: What a rendered scene was drawn from; None for a photograph.
+        relations: Which of the objects belong together. One that names an object which the
+            list does not hold (any longer) says nothing and is left out.
     """
 
     scene_id: str
@@ -247,6 +162,13 @@ class Scene:
     split: str = "train"
     extra: tuple[tuple[str, Any], ...] = ()
     recipe: SceneRecipe | None = None
+    relations: tuple[Relation, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.relations and self.objects is not None:
+            listed = {o.id for o in self.objects}
+            kept = tuple(r for r in self.relations if listed.issuperset(r.between))
+            object.__setattr__(self, "relations", kept)
 
     def __hash__(self) -> int:
         return hash(self.scene_id)

@@ -12,7 +12,7 @@ from demospec.demonstrations._trajectory import (
 )
 from demospec.demonstrations.editing._columns import with_columns
 from demospec.errors import InputError
-from demospec.scene import Capsule, Disc, Footprint, Picture, Polygon, Scene, SceneObject
+from demospec.scene import Picture, Scene, SceneObject
 
 
 def crop(data: DemonstrationSet, box: tuple[int, int, int, int]) -> DemonstrationSet:
@@ -42,7 +42,7 @@ def crop(data: DemonstrationSet, box: tuple[int, int, int, int]) -> Demonstratio
         objects = scene.objects
         if objects is not None:
             moved = (o.moved((-x, -y)) for o in objects)
-            objects = tuple(o for o in moved if _reaches(o, width, height)) or None
+            objects = tuple(o for o in moved if _reaches(o, width, height))
         return replace(
             scene,
             start=(scene.start[0] - x, scene.start[1] - y, *scene.start[2:]),
@@ -103,7 +103,7 @@ def _scaled_scene(scene: Scene, factor: float) -> Scene:
         picture = Picture(array=np.asarray(image.resize((width, height), way)))
     objects = scene.objects
     if objects is not None:
-        objects = tuple(_scaled_object(o, factor) for o in objects)
+        objects = tuple(o.mapped(factor * np.eye(2)) for o in objects)
     return replace(
         scene,
         start=tuple(v * factor for v in scene.start),
@@ -112,26 +112,6 @@ def _scaled_scene(scene: Scene, factor: float) -> Scene:
         picture=picture,
         recipe=scene.recipe if factor == 1 else None,  # it describes the picture as it was drawn
     )
-
-
-def _scaled_object(item: SceneObject, f: float) -> SceneObject:
-    box = item.bbox and (item.bbox[0] * f, item.bbox[1] * f, item.bbox[2] * f, item.bbox[3] * f)
-    return replace(
-        item,
-        center=(item.center[0] * f, item.center[1] * f),
-        bbox=box,
-        footprint=None if item.footprint is None else _scaled_footprint(item.footprint, f),
-    )
-
-
-def _scaled_footprint(shape: Footprint, f: float) -> Footprint:
-    if isinstance(shape, Polygon):
-        return Polygon(shape.vertices * f)
-    if isinstance(shape, Disc):
-        return Disc((shape.center[0] * f, shape.center[1] * f), shape.radius * f)
-    assert isinstance(shape, Capsule)
-    (ax, ay), (bx, by) = shape.start, shape.end
-    return Capsule((ax * f, ay * f), (bx * f, by * f), shape.radius * f)
 
 
 def trim(data: DemonstrationSet) -> DemonstrationSet:

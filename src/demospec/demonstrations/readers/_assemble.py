@@ -324,7 +324,8 @@ def _scenes(
                 scene_id=name,
                 start=start,
                 goal=goal,
-                objects=listed or None,
+                objects=listed,
+                relations=scene.relations,
                 picture=shown[name],
                 split=scene.split or "train",
             )

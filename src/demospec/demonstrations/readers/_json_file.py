@@ -78,14 +78,16 @@ def _add_scene(source: Source, line: object, path: Path, row: int) -> None:
     if item.scene_id in source.scenes:
         raise InputError("each scene once", item.scene_id, file=path, row=f"scene {row}",
                          field="scene_id")  # fmt: skip
+    scene = item.to_scene(None)
     source.scenes[item.scene_id] = RawScene(
         item.scene_id,
         load=None if name is None else load,
-        objects=item.to_scene(None).objects,
+        objects=scene.objects,
         start=tuple(item.start),
         goal=tuple(item.goal),
         split=item.split,
         file_name=name,
+        relations=scene.relations,
     )
 
 

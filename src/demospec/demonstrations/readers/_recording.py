@@ -13,7 +13,7 @@ import numpy as np
 from demospec.demonstrations._trajectory import MAX_POINTS
 from demospec.errors import InputError, OutputError
 from demospec.frames import FloatArray
-from demospec.scene import Image, Picture, SceneObject
+from demospec.scene import Image, Picture, Relation, SceneObject
 
 MAX_NUMBERS = 50_000_000
 """Numbers in one array that a reader will allocate; more is taken for a broken or hostile file."""
@@ -66,6 +66,7 @@ class RawScene:
     goal: tuple[float, ...] | None = None
     split: str | None = None
     file_name: str | None = None
+    relations: tuple[Relation, ...] = ()
 
 
 @dataclass

@@ -9,7 +9,8 @@ import numpy as np
 
 from demospec.demonstrations._bezier import densify
 from demospec.frames import FloatArray
-from demospec.scene import STATISTICS, TASK_SYMBOLS, Polygon, Scene
+from demospec.geometry import MultiPolygon, Polygon
+from demospec.scene import STATISTICS, TASK_SYMBOLS, Scene
 
 CLEARANCE_PX = 3.0
 """Clearance at a picture of 100 px (2.46 cm on the table)."""
@@ -80,7 +81,7 @@ def margins(
         keep = clearance[thing.symbol]
         shape = thing.outline
         near = np.arange(len(flat))
-        if isinstance(shape, Polygon):
+        if isinstance(shape, (Polygon, MultiPolygon)):
             reach = float(np.linalg.norm(shape.vertices - thing.center, axis=1).max())
             gap = np.hypot(flat[:, 0] - thing.center[0], flat[:, 1] - thing.center[1]) - reach
             near = np.flatnonzero(gap - keep < 1.0)

@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
+from demospec.geometry import Capsule, Disc, MultiPolygon, Polygon, rims
 from demospec.planning._results import Zone
 from demospec.planning.exports._request import ExportRequest
-from demospec.scene import Capsule, Disc, Polygon
 
 
 def write_numpy(request: ExportRequest, folder: Path) -> None:
@@ -63,10 +63,9 @@ def _zone(zone: Zone) -> dict[str, Any]:
     if isinstance(shape, Capsule):
         ends = [list(map(float, shape.start)), list(map(float, shape.end))]
         return document | {"segment": ends, "thickness": float(shape.radius)}
-    if isinstance(shape, Polygon):
-        return document | {"polygon": shape.vertices.tolist()}
-    x0, y0, x1, y1 = shape.bounds
-    return document | {"polygon": [[x0, y0], [x1, y0], [x1, y1], [x0, y1]]}
+    document["polygons"] = [rim.tolist() for rim in rims(shape)]
+    known = shape if isinstance(shape, MultiPolygon) else Polygon(document["polygons"][0])
+    return document | {"rim": [ends.tolist() for ends in known.edges]}
 
 
 _DOC = '''"""A rule as functions of places. Written by demospec; needs NumPy only.
@@ -82,22 +81,27 @@ _NUMPY = """
 def _distance(zone, p):
     if "segment" in zone:
         a, b = np.array(zone["segment"])
-        along = b - a
-        length2 = float(along @ along)
-        t = np.clip((p - a) @ along / length2, 0, 1) if length2 > 0 else np.zeros(p.shape[:-1])
-        return np.linalg.norm(p - (a + t[..., None] * along), axis=-1) - zone["thickness"]
-    a = np.array(zone["polygon"])
+        return np.linalg.norm(_offset(a, b, p), axis=-1) - zone["thickness"]
+    a, b = np.array(zone["rim"])
+    gap = np.linalg.norm(_offset(a, b, p[..., None, :]), axis=-1).min(axis=-1)
+    inside = np.any([_inside(np.array(corners), p) for corners in zone["polygons"]], axis=0)
+    return np.where(inside, -gap, gap)
+
+
+def _offset(a, b, p):
+    along = b - a
+    length2 = (along**2).sum(axis=-1)
+    t = np.clip(((p - a) * along).sum(axis=-1) / np.where(length2 > 0, length2, 1), 0, 1)
+    return p - (a + t[..., None] * along)
+
+
+def _inside(a, p):
     b = np.roll(a, -1, axis=0)
     along = b - a
-    offset = p[..., None, :] - a
-    length2 = (along**2).sum(axis=-1)
-    t = np.clip((offset * along).sum(axis=-1) / np.where(length2 > 0, length2, 1), 0, 1)
-    gap = np.linalg.norm(offset - t[..., None] * along, axis=-1).min(axis=-1)
     straddles = (a[:, 1] > p[..., None, 1]) != (b[:, 1] > p[..., None, 1])
     with np.errstate(divide="ignore", invalid="ignore"):
-        x = a[:, 0] + offset[..., 1] * (along[:, 0] / along[:, 1])
-    inside = (straddles & (p[..., None, 0] < x)).sum(axis=-1) % 2 == 1
-    return np.where(inside, -gap, gap)
+        x = a[:, 0] + (p[..., None, 1] - a[:, 1]) * (along[:, 0] / along[:, 1])
+    return (straddles & (p[..., None, 0] < x)).sum(axis=-1) % 2 == 1
 
 
 def clearance(p):

@@ -117,20 +117,23 @@ class Messages:
 
     def markers(self) -> Any:
         """`visualization_msgs/MarkerArray`: outlines of the objects and of their zones."""
-        made = [self._outline(i, zone) for i, zone in enumerate(self.request.cost_map.zones)]
+        made: list[Any] = []
+        for zone in self.request.cost_map.zones:
+            for rim in self._outlines(zone):
+                metres = self.request.frame.to_metres(rim)
+                made.append(self._strip(len(made), zone.object_id, metres))
         return self._new("visualization_msgs/msg/MarkerArray", markers=made)
 
-    def _outline(self, number: int, zone: Zone) -> Any:
-        from demospec.planning.exports._moveit import grown_hull
+    def _outlines(self, zone: Zone) -> list[FloatArray]:
+        """Closed lines (n, 2), one a part, pixels."""
+        from demospec.planning.exports._moveit import grown_hulls
 
         if isinstance(zone.shape, Disc):
             angle = np.linspace(0.0, 2 * np.pi, 49)
             ring = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-            rim = np.asarray(zone.shape.center) + (zone.shape.radius + zone.radius) * ring
-        else:
-            rim = grown_hull(zone.shape, zone.radius)
-            rim = np.concatenate([rim, rim[:1]])
-        return self._strip(number, zone.object_id, self.request.frame.to_metres(rim))
+            return [np.asarray(zone.shape.center) + (zone.shape.radius + zone.radius) * ring]
+        hulls = grown_hulls(zone.shape, zone.radius)
+        return [np.concatenate([hull, hull[:1]]) for hull in hulls]
 
     def _strip(self, number: int, name: str, rim: FloatArray) -> Any:
         red, green, blue = _COLOUR

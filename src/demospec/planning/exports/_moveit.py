@@ -1,8 +1,9 @@
 """MoveIt: a planning scene with one collision object per object, grown by its own clearance.
 
 MoveIt pads robot links, not objects. So each object's clearance is built into its shape: the
-convex hull of the footprint, grown by the clearance (from outside, by less than 1 %), as an
-upright prism; cylinders where the footprint is a disc. ``padding.json`` says what was added.
+convex hull of each part of the footprint, grown by the clearance (from outside, by less than
+1 %), as an upright prism; cylinders where the footprint is a disc. ``padding.json`` says what
+was added.
 
 Source: `moveit_msgs/PlanningScene`, `moveit_msgs/CollisionObject`, `shape_msgs`.
 """
@@ -16,9 +17,9 @@ from typing import Any
 import numpy as np
 
 from demospec.frames import FloatArray
+from demospec.geometry import Capsule, Disc, Footprint, rims
 from demospec.planning._results import Zone
 from demospec.planning.exports._request import ExportRequest
-from demospec.scene import Capsule, Disc, Footprint, Polygon
 
 _HEIGHT_M = 0.30
 """Prisms reach this high: the clearance is a rule of the plane, at every height."""
@@ -68,28 +69,25 @@ def _collision_object(zone: Zone, request: ExportRequest) -> dict[str, Any]:
         return document
     # The picture's y runs down: in metres the corners turn the other way, and back again here,
     # so that the faces look outwards.
-    rim = request.frame.to_metres(grown_hull(zone.shape, zone.radius))[::-1]
-    document["meshes"] = [_prism(rim)]
-    document["mesh_poses"] = [_pose(0.0, 0.0, 0.0)]
+    hulls = grown_hulls(zone.shape, zone.radius)
+    document["meshes"] = [_prism(request.frame.to_metres(hull)[::-1]) for hull in hulls]
+    document["mesh_poses"] = [_pose(0.0, 0.0, 0.0) for _ in hulls]
     return document
 
 
-def grown_hull(shape: Footprint, by: float) -> FloatArray:
-    """Corners (n, 2), in turn, of a convex polygon that holds the footprint grown by `by`."""
+def grown_hulls(shape: Footprint, by: float) -> list[FloatArray]:
+    """For each part of a footprint the corners (n, 2), in turn, of a convex polygon that holds
+    the part grown by `by`."""
     from scipy.spatial import ConvexHull
 
-    if isinstance(shape, Polygon):
-        core = shape.vertices
-    elif isinstance(shape, Capsule):
-        core, by = np.array([shape.start, shape.end]), by + shape.radius
-    else:
-        x0, y0, x1, y1 = shape.bounds
-        core = np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
+    cores = rims(shape)
+    if isinstance(shape, Capsule):
+        cores, by = [np.array([shape.start, shape.end])], by + shape.radius
     angle = np.arange(_CORNERS) * 2 * np.pi / _CORNERS
     # A polygon around the disc: its edges touch the disc, so nothing of it is cut off.
     ring = np.stack([np.cos(angle), np.sin(angle)], axis=1) * by / np.cos(np.pi / _CORNERS)
-    every = (core[:, None] + ring).reshape(-1, 2)
-    return np.asarray(every[ConvexHull(every).vertices])
+    every = [(core[:, None] + ring).reshape(-1, 2) for core in cores]
+    return [np.asarray(points[ConvexHull(points).vertices]) for points in every]
 
 
 def _prism(rim: FloatArray) -> dict[str, Any]:

@@ -18,7 +18,7 @@ from demospec.rules.clearance._encounters import Passes, passes
 from demospec.rules.clearance._fit import ClearanceFit, fit_clearance
 from demospec.rules.clearance._measure import Distance, nearest_approach
 from demospec.rules.clearance._posterior import Sharing
-from demospec.scene import Disc, Polygon, Scene, SceneObject
+from demospec.scene import Disc, Footprint, MultiPolygon, Polygon, Scene, SceneObject
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,8 +145,8 @@ def read_clearance_problem(path: str | os.PathLike[str]) -> ClearanceProblem:
 def clearance_problem_from_document(document: Any) -> ClearanceProblem:
     """A clearance problem from its JSON document.
 
-    Objects carry ``polygon``, or ``radius`` about their ``center``; with neither they count as
-    points, as under ``"distance": "center"``.
+    Objects carry ``polygons`` (several parts), ``polygon``, or ``radius`` about their
+    ``center``; with none of them they count as points, as under ``"distance": "center"``.
     """
     top = _mapping(document, "a rule problem (an object {…})", None)
     if top.get("family") != "clearance":
@@ -200,14 +200,12 @@ def _scene(value: Any, at: str, index: int) -> Scene:
             raise InputError("ids that differ", name, field=f"{where}.id")
         symbol = _word(item.get("class", item.get("symbol", name)), f"{where}.class")
         center = _numbers(item.get("center"), 2, f"{where}.center")
-        shape: Disc | Polygon | None = None
-        if item.get("polygon") is not None:
-            try:
-                shape = Polygon(item["polygon"])
-            except (InputError, TypeError, ValueError, OverflowError) as error:
-                raise InputError(
-                    "at least three [x, y] corners", item["polygon"], field=f"{where}.polygon"
-                ) from error
+        shape: Footprint | None = None
+        if item.get("polygons") is not None:
+            parts = _list(item["polygons"], f"{where}.polygons")
+            shape = MultiPolygon([_polygon(p, f"{where}.polygons") for p in parts])
+        elif item.get("polygon") is not None:
+            shape = _polygon(item["polygon"], f"{where}.polygon")
         elif item.get("radius") is not None:
             radius = _numbers([item["radius"]], 1, f"{where}.radius")[0]
             if radius < 0:
@@ -217,6 +215,13 @@ def _scene(value: Any, at: str, index: int) -> Scene:
     name = entry.get("id", entry.get("scene_id", str(index)))
     ends = ((0.0, 0.0), (0.0, 0.0))
     return Scene(_word(name, f"{at}.id"), *ends, objects=tuple(items))
+
+
+def _polygon(value: Any, field: str) -> Polygon:
+    try:
+        return Polygon(value)
+    except (InputError, TypeError, ValueError, OverflowError) as error:
+        raise InputError("at least three [x, y] corners", value, field=field) from error
 
 
 def _mapping(value: Any, expected: str, field: str | None) -> dict[str, Any]:

@@ -10,8 +10,9 @@ from numpy.typing import ArrayLike
 from demospec.errors import InputError
 from demospec.frames import FloatArray
 from demospec.geometry import Footprint
+from demospec.scene._picture import Image
 from demospec.scene._recipe import Light
-from demospec.scene._scene import Image, Scene, SceneObject
+from demospec.scene._scene import Scene, SceneObject
 from demospec.scene.rendering._light import shadow
 
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from demospec.errors import InputError
 from demospec.frames import FloatArray
-from demospec.scene._scene import Image
+from demospec.scene._picture import Image
 
 Mask = NDArray[np.bool_]
 

@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from demospec.errors import InputError, MissingPackageError
+from demospec.scene._picture import Image, Picture
 from demospec.scene._recipe import CatalogueEntry
-from demospec.scene._scene import Image, Picture, Scene, SceneObject
+from demospec.scene._scene import Scene, SceneObject
 from demospec.scene.editing._cut_outs import CutOut, cut_out
 from demospec.scene.editing._inpaint import filled
 from demospec.scene.rendering._compose import (

@@ -15,8 +15,9 @@ from numpy.typing import ArrayLike
 
 from demospec.errors import InputError
 from demospec.frames import FloatArray
+from demospec.scene._picture import Image, Picture
 from demospec.scene._recipe import CatalogueEntry, Light, SceneRecipe, TableTop
-from demospec.scene._scene import Image, Picture, Scene, SceneObject
+from demospec.scene._scene import Scene, SceneObject
 from demospec.scene.rendering._light import colour, falloff, on_pixels, shaded, shadow
 from demospec.scene.rendering._sprites import SAMPLES, Sprite
 from demospec.scene.rendering._tables import table_albedo

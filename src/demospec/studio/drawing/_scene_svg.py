@@ -11,7 +11,8 @@ import numpy as np
 from markupsafe import Markup
 
 from demospec.demonstrations import Demonstration
-from demospec.scene import Capsule, Disc, Footprint, Polygon, Scene
+from demospec.geometry import Disc, Footprint, rims
+from demospec.scene import Scene
 from demospec.studio.drawing._markup import joined
 
 VERDICTS = {True: "accepted", False: "rejected", None: "unsaid"}
@@ -148,17 +149,12 @@ def data_url(scene: Scene) -> str:
 
 
 def _outline(shape: Footprint) -> Markup:
-    if isinstance(shape, Polygon):
-        return Markup('<polygon points="{}"/>').format(points_of(shape.vertices))
     if isinstance(shape, Disc):
         x, y = shape.center
         radius = max(shape.radius, 0.5)
         return Markup('<circle cx="{:g}" cy="{:g}" r="{:g}"/>').format(x, y, radius)
-    assert isinstance(shape, Capsule)
-    (x0, y0), (x1, y1) = shape.start, shape.end
-    return Markup(
-        '<line x1="{:g}" y1="{:g}" x2="{:g}" y2="{:g}" stroke-width="{:g}" stroke-linecap="round"/>'
-    ).format(x0, y0, x1, y1, 2 * shape.radius)
+    polygon = Markup('<polygon points="{}"/>')
+    return joined(polygon.format(points_of(rim)) for rim in rims(shape))
 
 
 def _star(x: float, y: float, r: float) -> str:

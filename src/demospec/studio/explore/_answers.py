@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from demospec.frames import describe_length
+from demospec.geometry import Disc, Footprint, rims
 from demospec.rules import RuleView
-from demospec.scene import Capsule, Disc, Footprint, Polygon, Scene
+from demospec.scene import Scene
 from demospec.specification import (
     Explanation,
     RepairSettings,
@@ -172,20 +173,13 @@ def scene_document(scene: Scene, edits: Edits) -> dict[str, Any]:
 
 
 def outline_path(shape: Footprint) -> str:
-    """A footprint as the ``d`` of a closed SVG path."""
-    if isinstance(shape, Polygon):
-        return "M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in shape.vertices) + "Z"
+    """A footprint as the ``d`` of a closed SVG path, one loop a part."""
     if isinstance(shape, Disc):
         (x, y), r = shape.center, max(float(shape.radius), 0.6)
         half = f"a{r:.2f} {r:.2f} 0 1 0"
         return f"M{x - r:.2f} {y:.2f}{half} {2 * r:.2f} 0{half} {-2 * r:.2f} 0Z"
-    assert isinstance(shape, Capsule)
-    start, end = np.asarray(shape.start), np.asarray(shape.end)
-    angle = float(np.arctan2(*(end - start)[::-1]))
-    turns = np.linspace(-np.pi / 2, np.pi / 2, 13)
-    caps = [end + shape.radius * np.stack([np.cos(angle + turns), np.sin(angle + turns)], 1)]
-    caps.append(start - shape.radius * np.stack([np.cos(angle + turns), np.sin(angle + turns)], 1))
-    return "M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in np.concatenate(caps)) + "Z"
+    loops = ("L".join(f"{x:.1f} {y:.1f}" for x, y in rim) for rim in rims(shape))
+    return "".join(f"M{loop}Z" for loop in loops)
 
 
 def _map_document(found: ValidityMap, *, sure: bool) -> dict[str, Any]:

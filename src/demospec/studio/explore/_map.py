@@ -15,7 +15,7 @@ import numpy as np
 from demospec.demonstrations import View, bezier_points
 from demospec.frames import FloatArray
 from demospec.rules import ClearanceRule, RuleView
-from demospec.scene import Polygon, Scene, SceneObject
+from demospec.scene import Scene, SceneObject
 from demospec.specification import ValidityMap, plane_bounds, validity_map
 
 SIZE = 51
@@ -117,8 +117,7 @@ _KEPT = 128  # grids of about 20,000 numbers: 20 MB
 def _distance_grid(item: SceneObject, distance: str, frame: Bounds) -> FloatArray:
     """Signed distance to one object at every grid point, (ny, nx), pixels."""
     shape = item.outline
-    outline = shape.vertices.tobytes() if isinstance(shape, Polygon) else repr(shape)
-    key = (outline, item.center, distance, frame)
+    key = (shape, item.center, distance, frame)
     grid = _GRIDS.get(key)
     if grid is None:
         x, y, _ = _axes(frame)

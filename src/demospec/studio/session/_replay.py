@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from demospec.demonstrations import Demonstration, checked_points
+from demospec.demonstrations import Demonstration, checked_points, object_from_json
 from demospec.errors import InputError
-from demospec.scene import Disc, Picture, Polygon, Scene, SceneObject
+from demospec.scene import Picture, Polygon, Relation, Scene, SceneObject
 from demospec.studio.session._journal import Event, effective
 
 
@@ -87,7 +87,7 @@ def _marked(scene: Scene, event: Event) -> Scene:
     """The scene with objects that somebody marked in it, or without one."""
     listed = scene.objects or ()
     if event.kind == "mark":
-        listed = (*listed, *(_object(o) for o in event.body["objects"]))
+        listed = (*listed, *(object_from_json(o) for o in event.body["objects"]))
     else:
         listed = tuple(o for o in listed if o.id != event.body["id"])
     return replace(scene, objects=listed or None)  # none marked: not listed, not an empty table
@@ -133,9 +133,13 @@ def scene_of(body: Mapping[str, Any], blob: bytes | None) -> Scene:
         scene_id=body["scene_id"],
         start=tuple(body["start"]),
         goal=tuple(body["goal"]),
-        objects=None if objects is None else tuple(_object(o) for o in objects),
+        objects=None if objects is None else tuple(object_from_json(o) for o in objects),
         picture=picture,
         split=body.get("split", "train"),
+        relations=tuple(
+            Relation(str(r["kind"]), (str(r["between"][0]), str(r["between"][1])))
+            for r in body.get("relations", ())
+        ),
     )
 
 
@@ -149,22 +153,8 @@ def scene_body(scene: Scene) -> dict[str, Any]:
         "split": scene.split,
         "size_px": None if scene.size_px is None else list(scene.size_px),
         "objects": objects,
+        "relations": [r.to_json() for r in scene.relations],
     }
-
-
-def _object(item: Mapping[str, Any]) -> SceneObject:
-    center = (float(item["center"][0]), float(item["center"][1]))
-    box = item.get("bbox")
-    shape: Polygon | Disc | None = None
-    if item.get("polygon"):
-        shape = Polygon(np.asarray(item["polygon"], dtype=np.float64))
-    elif item.get("radius") is not None:
-        shape = Disc(center, float(item["radius"]))
-    elif box is not None:
-        from demospec.scene import rectangle
-
-        shape = rectangle(*box)
-    return SceneObject(item["id"], item["symbol"], center, box and tuple(box), shape)
 
 
 def object_about(name: str, symbol: str, points: Any, scene: Scene) -> SceneObject:

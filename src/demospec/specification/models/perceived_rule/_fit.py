@@ -97,10 +97,8 @@ def _add_looks(
 
 def _turned_scene(scene: Scene, turn: int, rng: np.random.Generator) -> Scene:
     """The scene turned with its outlines (as polygons) and slightly recoloured."""
-    from dataclasses import replace
-
     from demospec.perception.inference._observe import turned_array
-    from demospec.scene import Disc, Picture, Polygon
+    from demospec.scene import Picture
 
     pixels = scene.pixels()
     height, width = pixels.shape[:2]
@@ -118,20 +116,11 @@ def _turned_scene(scene: Scene, turn: int, rng: np.random.Generator) -> Scene:
             x = w - x
         return np.stack([x, y], axis=1)
 
-    objects = []
-    for item in scene.objects or ():
-        shape = item.outline
-        center = moved(np.array([item.center]))[0]
-        where = (float(center[0]), float(center[1]))
-        outline: Polygon | Disc
-        if isinstance(shape, Polygon):
-            outline = Polygon(moved(shape.vertices))
-        else:
-            low_x, low_y, high_x, high_y = shape.bounds
-            outline = Disc(where, max(high_x - low_x, high_y - low_y) / 2)
-        objects.append(replace(item, center=where, bbox=None, footprint=outline))
+    corner = moved(np.zeros((1, 2)))[0]
+    matrix = (moved(np.eye(2)) - corner).T
+    objects = tuple(item.mapped(matrix, corner) for item in scene.objects or ())
     picture = Picture(array=painted.astype(np.uint8))
-    return scene.with_changes(objects=tuple(objects), picture=picture)
+    return scene.with_changes(objects=objects, picture=picture)
 
 
 def random_curves(scene: Scene, count: int, rng: np.random.Generator) -> FloatArray:
