@@ -128,6 +128,9 @@ def test_an_empty_object_list_means_not_listed(tmp_path: Path) -> None:
     data = a_set()
     known_empty = replace(data, scenes=(replace(data.scenes[0], objects=()), *data.scenes[1:]))
     write_set(known_empty, tmp_path / "set")
+    assert read_set(tmp_path / "set").scenes[0].objects == ()
+    file = tmp_path / "set" / "scenes" / "metadata.jsonl"
+    file.write_text(file.read_text().replace(', "listed": true', ""))
     assert read_set(tmp_path / "set").scenes[0].objects is None
 
 
