@@ -15,10 +15,8 @@ from demospec.rules import (
     evidence_of,
     fit,
     learn_rules,
-    length_scale,
     query_set,
 )
-from demospec.scene import Disc, Scene, SceneObject
 from demospec.specification import audit_set, fit_model
 from demospec.studio.teach._summary import understand
 
@@ -102,14 +100,6 @@ def test_a_view_is_the_evidence_of_those_demonstrations() -> None:
     assert again.encounters is not None
     np.testing.assert_array_equal(part.encounters().gap, again.encounters().gap)
     assert part.extent == whole.extent
-
-
-def test_the_length_scale_is_the_extent_of_all_that_a_scene_holds() -> None:
-    item = SceneObject("g", "glass", (9.0, 0.0), None, Disc((9.0, 0.0), 1.0))
-    scene = Scene("s", (0.0, 0.0), (4.0, 0.0), (item,))
-    assert length_scale([(scene, np.zeros((0, 2)))]) == pytest.approx(10.0)
-    assert length_scale([(scene, np.array([[-5.0, 1.0]]))]) == pytest.approx(15.0)
-    assert length_scale([(Scene("s", (1.0, 1.0), (1.0, 1.0), ()), np.ones((2, 2)))]) == 1.0
 
 
 @pytest.mark.parametrize("scale", [0.01, 8.2])

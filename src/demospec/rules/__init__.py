@@ -19,7 +19,7 @@ if TYPE_CHECKING:
         rules_document,
         rules_from_document,
     )
-    from demospec.rules._evidence import Column, Evidence, length_scale
+    from demospec.rules._evidence import Column, Evidence
     from demospec.rules._fit import FitMemory, Mode, Posterior, fit, fit_clearance
     from demospec.rules._learn import learn_rules
     from demospec.rules._learning_curve import enough_problem, enough_set, enough_words
@@ -101,7 +101,6 @@ __all__ = [
     "Posterior",
     "Column",
     "Evidence",
-    "length_scale",
     "evidence_of",
     "Observer",
     "Encounters",
@@ -161,7 +160,6 @@ _HOME = {
     "Posterior": "_fit",
     "Column": "_evidence",
     "Evidence": "_evidence",
-    "length_scale": "_evidence",
     "evidence_of": "_measurement",
     "Observer": "_measurement",
     "Encounters": "clearance._encounters",

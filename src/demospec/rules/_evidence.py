@@ -7,7 +7,7 @@ that more is safer, whatever the feature; a rule is then a set of columns with a
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from hashlib import blake2b
@@ -21,7 +21,6 @@ from demospec.frames import FloatArray
 from demospec.rules._rule_set import ANYONE
 from demospec.rules.clearance._encounters import Passes
 from demospec.rules.clearance._measure import Distance
-from demospec.scene import Scene
 
 Bools = NDArray[np.bool_]
 Sense = Literal["at_least", "at_most"]
@@ -66,7 +65,7 @@ class Evidence:
         columns: K features.
         values: (n, K) oriented so that more is safer; +inf where nothing is there to come near.
         valid: (n,) accepted or rejected.
-        extent: The set's length scale, see `length_scale`.
+        extent: The length scale: `DemonstrationSet.length_scale`.
         rows: (n,) rows of the set.
         demo_id, scene, person, demonstrator: (n,) names; a person is a user type.
         score: (n,) how acceptable, from 0 to 1; NaN where only the verdict is known.
@@ -182,26 +181,6 @@ class Evidence:
             parts.update(np.ascontiguousarray(array).tobytes())
         parts.update(repr((self.scene.tolist(), self.encounters is None)).encode())
         return parts.digest()
-
-
-def length_scale(shown: Iterable[tuple[Scene, FloatArray]]) -> float:
-    """The extent of scenes: the longer side of the box around objects, points, start and goal.
-
-    Args:
-        shown: Scenes and the points (n, 2) of all that was demonstrated there.
-
-    Returns:
-        The median over the scenes; 1 where nothing has any extent.
-    """
-    sides = []
-    for scene, points in shown:
-        ends = [p[:2] for p in (scene.start, scene.goal) if p]
-        boxes = [np.array(o.outline.bounds).reshape(2, 2) for o in scene.objects or ()]
-        every = np.concatenate([np.reshape(ends, (-1, 2)), np.reshape(points, (-1, 2)), *boxes])
-        if len(every):
-            sides.append(float(np.ptp(every, axis=0).max()))
-    middle = float(np.median(sides)) if sides else 0.0
-    return middle if middle > 0 else 1.0
 
 
 def _checked(

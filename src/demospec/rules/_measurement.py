@@ -14,7 +14,7 @@ from demospec.errors import CannotJudgeError, InputError
 from demospec.frames import FloatArray
 from demospec.parallel import run_tasks
 from demospec.progress import Progress, silent
-from demospec.rules._evidence import Bools, Column, Evidence, length_scale
+from demospec.rules._evidence import Bools, Column, Evidence
 from demospec.rules._rule_set import ANYONE
 from demospec.rules.clearance._encounters import Passes, passes
 from demospec.rules.clearance._measure import Distance, nearest_approach
@@ -108,7 +108,7 @@ def evidence_of(
     values = np.concatenate(parts)[order]
     counts = [len(mine) for mine in rows]
     seen = np.repeat(np.arange(len(parts)) >= listed, counts)[order]
-    extent = set_extent(data)
+    extent = data.length_scale
     encounters = None
     if not seen.any():  # what a picture shows is no list of things that may stand elsewhere
         encounters = cache(
@@ -177,21 +177,6 @@ def _kept(
         notes.append(f"{int((keep & ~typed).sum())} demonstrations without a user type are ignored")
         keep = keep & typed
     return keep, person, notes
-
-
-def set_extent(data: DemonstrationSet) -> float:
-    """The length scale of a set's scenes and labelled demonstrations, see `length_scale`."""
-    d = data.demonstrations
-    # Least and greatest point of every path in one pass: a set may hold millions of points.
-    starts = d.offsets[:-1]
-    corners = np.stack(
-        [np.minimum.reduceat(d.flat[:, :2], starts), np.maximum.reduceat(d.flat[:, :2], starts)], 1
-    )
-    shown = {
-        scene_id: corners[rows[d.valid[rows] >= 0]]
-        for scene_id, rows in data.rows_by_scene().items()
-    }
-    return length_scale((data.scene(s), some) for s, some in shown.items() if len(some))
 
 
 def encounters_of(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 from typing import Any, cast
 
@@ -14,7 +14,8 @@ import numpy as np
 from demospec.demonstrations import checked_points
 from demospec.errors import InputError
 from demospec.frames import FloatArray
-from demospec.rules._evidence import Evidence, length_scale
+from demospec.geometry import bounds_of, extent
+from demospec.rules._evidence import Evidence
 from demospec.rules._fit import fit
 from demospec.rules._problem_fields import unread_fields
 from demospec.rules.clearance._encounters import Passes, passes
@@ -79,15 +80,14 @@ class ClearanceProblem:
 
     @property
     def extent(self) -> float:
-        """The length scale, see `length_scale`."""
-        shown = []
+        """The length scale: of every scene with trajectories, the longer side of the box around
+        these and its objects; the median of those."""
+        sides = []
         for s, scene in enumerate(self.scenes):
             mine = [path for path, at in zip(self.paths, self.scene_of, strict=True) if at == s]
-            if mine:  # a problem's scenes have no start and goal but those of its paths
-                ends = (tuple(mine[0][0].tolist()), tuple(mine[0][-1].tolist()))
-                placed = replace(scene, start=ends[0], goal=ends[1])
-                shown.append((placed, np.concatenate(mine)))
-        return length_scale(shown)
+            if mine:
+                sides.append(extent(bounds_of(mine, [o.outline for o in scene.listed_objects()])))
+        return float(np.median(sides))
 
 
 def solve_clearance(problem: ClearanceProblem) -> ClearanceFit:

@@ -174,7 +174,7 @@ def _basis(data: DemonstrationSet) -> tuple[Hashable, ...]:
     ]
     named = {scene_id for _, _, scene_id, _, _ in judged}
     scenes = [(s.scene_id, s.objects, s.start, s.goal) for s in data.scenes if s.scene_id in named]
-    return tuple(judged), tuple(scenes), data.symbols
+    return tuple(judged), tuple(scenes), data.symbols, data.length_scale
 
 
 def question(data: DemonstrationSet | None, type: str, *, seed: int = 0) -> Query:
