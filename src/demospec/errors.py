@@ -26,7 +26,7 @@ class InputError(DemospecError):
         expected: What would have been accepted, in words.
         found: What came instead, in words or as a short value.
         file: The file (or folder) it came from, if any.
-        row: Zero-based row, line or item in that file, if any.
+        row: Zero-based row or item in that file, if any; or ``line N`` as an editor counts.
         field: Name of the column, key, option or argument, if any.
     """
 
@@ -48,7 +48,7 @@ class InputError(DemospecError):
         if self.file is not None:
             where.append(_short(self.file, 300))
         if row is not None:
-            where.append(f"row {row}")
+            where.append(str(row) if str(row).startswith("line ") else f"row {row}")
         if field is not None:
             where.append(field)
         place = ", ".join(where)

@@ -69,7 +69,7 @@ def test_lerobot_v3_written_by_pyarrow(tmp_path: Path, camera: str) -> None:
     assert [d.valid for d in data.demonstrations] == [True, False, True]
     assert [s.split for s in data.scenes] == ["train", "train", "test"]
     for demonstration, points in zip(data.demonstrations, paths, strict=True):
-        np.testing.assert_allclose(demonstration.points, in_pixels(points), atol=1e-5)
+        np.testing.assert_allclose(demonstration.points[:, :3], in_pixels(points), atol=1e-5)
         assert demonstration.t is not None
         np.testing.assert_allclose(demonstration.t, np.arange(len(points)) / 10, atol=1e-6)
     for i, scene in enumerate(data.scenes):
@@ -89,7 +89,8 @@ def test_lerobot_without_a_picture_keeps_metres(tmp_path: Path) -> None:
     result = read_source(tmp_path / "source")
     assert result.data.units == "m"
     assert result.data.metres_per_unit == 1.0
-    np.testing.assert_allclose(result.data.demonstrations[1].points, paths[1], atol=1e-6)
+    assert result.data.columns == ("x", "y", "z", "gripper")
+    np.testing.assert_allclose(result.data.demonstrations[1].points[:, :3], paths[1], atol=1e-6)
     assert any("observation.images.top" in note for note in result.notes)
 
 

@@ -52,7 +52,7 @@ def test_folder_names_say_what_was_accepted(tmp_path: Path) -> None:
         ("1.5 2\n3 4\n", [1.5, 2]),
         ("\ufeffx,y\n1.5,2\n3,4\n", [1.5, 2]),
         ("# a comment\n1.5,2\n3,4\n", [1.5, 2]),
-        ("time,pos_x,pos_y,speed\n0,1.5,2,9\n1,3,4,9\n", [1.5, 2]),
+        ("time,pos_x,pos_y,vel\n0,1.5,2,9\n1,3,4,9\n", [1.5, 2]),
         ("t,pose.position.x,pose.position.y,pose.orientation.x\n0,1.5,2,0\n1,3,4,0\n", [1.5, 2]),
         ('"x","y"\r\n"1.5","2"\r\n"3","4"\r\n', [1.5, 2]),
     ],
@@ -220,13 +220,13 @@ REFUSED: dict[str, tuple[str, dict[str, Any], str]] = {
     "two types": ("x,y,type\n1,2,a\n3,4,b\n", {}, "one value of type"),
     "ragged": ("x,y\n1,2\n3\n", {}, "2 cells"),
     "empty": ("\n", {}, "at least one line"),
-    "header only": ("x,y\n", {}, "columns of numbers"),
+    "header only": ("x,y\n", {}, "at least one line below the header"),
     "column twice": ("x,x\n1,2\n", {}, "each column name once"),
     "infinite": ("x,y\n1,inf\n", {}, "finite numbers"),
     "too large": ("x,y\n1,1e300\n", {}, "finite numbers"),
     "no folder": (LINE, {"valid": "folder"}, "a folder for folder"),
     "no such scene": (LINE, {"scenes": {"moon": {}}}, "a scene that there is"),
-    "time is text": ("x,y\n1,2\n", {"time": "when"}, "a column when of seconds"),
+    "time is text": ("x,y\n1,2\n", {"time": "when"}, "a column when of time stamps"),
 }
 
 

@@ -67,6 +67,42 @@ def convert(
     labels: Annotated[
         str | None, typer.Option("--labels", help="CSV file: one line a recording.")
     ] = None,
+    time: Annotated[
+        str | None, typer.Option("--time", help="Column of the time stamps; none to read none.")
+    ] = None,
+    time_unit: Annotated[
+        str | None, typer.Option("--time-unit", help="Unit of the time stamps: s, ms, us or ns.")
+    ] = None,
+    plane: Annotated[
+        str | None,
+        typer.Option("--plane", help="The table's plane in 3-D points: xy, zx (y up), yz or xz."),
+    ] = None,
+    quaternion: Annotated[
+        str | None,
+        typer.Option("--quaternion", help="Order of four nameless numbers: xyzw or wxyz."),
+    ] = None,
+    header_row: Annotated[
+        str | None,
+        typer.Option("--header-row", help="Line of a text table that names the columns; none."),
+    ] = None,
+    skip_rows: Annotated[
+        int | None,
+        typer.Option("--skip-rows", min=0, help="Lines above a text table that are left out."),
+    ] = None,
+    decimal: Annotated[
+        str | None, typer.Option("--decimal", help="Decimal mark of text tables: . or ,")
+    ] = None,
+    encoding: Annotated[
+        str | None, typer.Option("--encoding", help="Encoding of text tables, such as latin-1.")
+    ] = None,
+    include: Annotated[
+        list[str] | None,
+        typer.Option("--include", help="Pattern of files of a folder to read; may be repeated."),
+    ] = None,
+    exclude: Annotated[
+        list[str] | None,
+        typer.Option("--exclude", help="Pattern of files to leave out; may be repeated."),
+    ] = None,
     every: Annotated[
         int | None, typer.Option("--every", min=1, help="Keep every N-th point.")
     ] = None,
@@ -86,6 +122,13 @@ def convert(
     from demospec.demonstrations import readers
 
     mapping = readers.read_mapping(map) if map is not None else readers.Mapping()
+    header: int | str | None = header_row
+    if header_row is not None and header_row.isdecimal():
+        header = int(header_row)
+    projection = None
+    if plane is not None:
+        given = mapping.model_dump(exclude_unset=True).get("projection") or {}
+        projection = {**given, "plane": plane}
     mapping = readers.with_options(
         mapping,
         {
@@ -93,7 +136,10 @@ def convert(
             "type": type, "demonstrator": demonstrator, "scene": scene, "picture": picture,
             "objects": objects, "units": units, "metres_per_unit": metres_per_unit,
             "demonstration": demonstration, "labels": labels, "every": every,
-            "drop_missing": drop_missing or None,
+            "drop_missing": drop_missing or None, "time": time, "time_unit": time_unit,
+            "projection": projection, "quaternion": quaternion, "header_row": header,
+            "skip_rows": skip_rows, "decimal": decimal, "encoding": encoding,
+            "include": include or None, "exclude": exclude or None,
         },
     )  # fmt: skip
     with progress_bar() as progress:
@@ -112,7 +158,7 @@ def convert(
     if json:
         print_json(document)
     else:
-        _print(document)
+        _print(document, dry_run)
         say("nothing written (dry run)" if dry_run else f"wrote {set_folder}")
 
 
@@ -122,6 +168,7 @@ def _document(result: Any, written: Path | None) -> dict[str, Any]:
         "format": result.format,
         "set": None if written is None else str(written),
         "notes": list(result.notes),
+        "read": None if result.reading is None else result.reading.to_json(),
         "units": data.units,
         "metres_per_unit": data.metres_per_unit,
         "columns": list(data.columns),
@@ -153,9 +200,11 @@ def _document(result: Any, written: Path | None) -> dict[str, Any]:
     }
 
 
-def _print(document: dict[str, Any], shown: int = 12) -> None:
+def _print(document: dict[str, Any], reading: bool, shown: int = 12) -> None:
     for note in document["notes"]:
         print(note)
+    if reading and document["read"] is not None:
+        _print_reading(document["read"])
     items = document["demonstrations"]
     rows = [
         [d["demo_id"], d["scene_id"], d["type"], d["valid"], d["points"], _at(d["first"]),
@@ -169,6 +218,34 @@ def _print(document: dict[str, Any], shown: int = 12) -> None:
         rows,
         f"… and {len(items) - shown} more" if len(items) > shown else "",
     )
+
+
+def _print_reading(read: dict[str, Any]) -> None:
+    """Column → meaning and unit; frame; labels and objects that found each other."""
+    columns = [[c["meaning"], c["column"] or "(no name)", c["unit"]] for c in read["columns"]]
+    print_table("what was read", ["here", "in the source", "unit there"], columns, "")
+    frame, said, objects = read["frame"], read["labelled"], read["objects"]
+    lines = [
+        f"frame of the set: {frame['name'] or 'not named'}, {frame['unit']}, y {frame['y']}",
+        f"demonstrations: {said['accepted']} accepted, {said['rejected']} rejected, "
+        f"{said['not_judged']} not judged",
+    ]
+    if read["time"] is not None:
+        time = read["time"]
+        jumps = "; ".join(time["jumps"]) or "no jumps"
+        lines.append(f"clock of the source: {time['unit']} ({time['why']}), {jumps}")
+    if read["labels"] is not None:
+        table = read["labels"]
+        lines.append(
+            f"table of labels: {table['matched']} recordings matched, {len(table['without'])} not "
+            f"in it, {len(table['unused'])} lines of no recording"
+        )
+    lines.append(
+        f"listed objects: {objects['objects']} in {objects['matched']} scenes, "
+        f"{len(objects['without'])} scenes without a list, {len(objects['unused'])} listed "
+        "pictures of no scene"
+    )
+    print("\n".join(lines))
 
 
 def _at(point: list[float]) -> str:

@@ -7,7 +7,7 @@ lists its objects allows an exact verdict.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -16,18 +16,18 @@ from numpy.typing import ArrayLike
 from demospec.errors import InputError
 from demospec.frames import FloatArray
 from demospec.planning._results import Envelope, Zone
-from demospec.rules import RuleSet
+from demospec.rules import ClearanceRule, RuleSet, TypeRules
 from demospec.scene import Scene
 
 _SIGMAS = 2.0
-"""Ends of the envelope around a seen object: so many standard deviations from its clearance."""
+"""Ends of the envelope of a learned clearance: so many standard deviations from its mean."""
 
 
 @runtime_checkable
 class SeeingModel(Protocol):
-    """What planning asks of a model that sees: its rule set, and the parts of a view."""
+    """What planning asks of a model that sees: a rule per type, and the parts of a view."""
 
-    rules: RuleSet
+    rules: Any
 
     @property
     def types(self) -> tuple[str, ...]: ...
@@ -79,9 +79,15 @@ class SeenOutline:
 
 def rules_of_model(model: SeeingModel, metres_per_unit: float | None = None) -> RuleSet:
     """The model's rules as a rule set, for scenes that list their objects."""
-    rules: RuleSet = model.rules
-    scale = rules.metres_per_unit if metres_per_unit is None else metres_per_unit
-    return replace(rules, metres_per_unit=scale)
+    types = {}
+    for name, rule in model.rules.items():
+        value = {s: float(rule.clearance[s]) for s in rule.relevant}
+        interval = {
+            s: (max(0.0, c - _SIGMAS * rule.spread[s]), c + _SIGMAS * rule.spread[s])
+            for s, c in value.items()
+        }
+        types[name] = TypeRules(ClearanceRule(value, interval, tuple(rule.uninformed)))
+    return RuleSet(types, metres_per_unit=metres_per_unit)
 
 
 def seen_zones(
@@ -102,11 +108,13 @@ def seen_zones(
         CannotJudgeError: The scene has no picture.
     """
     view = model.see(scene)
-    if getattr(view, "parts", None) is None:
+    parts = getattr(view, "parts", None)
+    if parts is None:
         raise InputError("a model that sees objects (field)", "another", field="model")
     zones = []
-    for part, relevance, clearance, spread in view.relevance(type):
+    for part in parts:
         classes: Mapping[str, float] = part.classes
+        relevance, clearance, spread = model.rules[type].of_classes(classes)
         symbol = max(classes, key=lambda name: classes[name])
         if relevance <= 0.5 or (symbols is not None and symbol not in symbols):
             continue

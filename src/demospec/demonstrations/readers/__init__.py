@@ -9,13 +9,15 @@ from demospec.demonstrations.readers._mapping import (
     with_options,
 )
 from demospec.demonstrations.readers._projection import Projection, fit_homography
-from demospec.demonstrations.readers._table_files import read_label_table
+from demospec.demonstrations.readers._reading import Reading
+from demospec.demonstrations.readers.tables._labels import read_label_table
 
 __all__ = [
     "FORMATS",
     "Conversion",
     "Mapping",
     "Projection",
+    "Reading",
     "column_options",
     "convert",
     "fit_homography",

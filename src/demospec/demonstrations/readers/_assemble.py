@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import re
-from collections import Counter
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -17,10 +14,26 @@ from demospec.demonstrations._trajectory import (
     Demonstration,
     Demonstrations,
 )
-from demospec.demonstrations.readers._mapping import Mapping, SceneMapping
-from demospec.demonstrations.readers._projection import projection_of
-from demospec.demonstrations.readers._recording import RawScene, Recording, Source
-from demospec.demonstrations.readers._units import Converter
+from demospec.demonstrations.readers._clock import SECONDS, ClockRead, jumps_of, unit_of
+from demospec.demonstrations.readers._column_names import column_name
+from demospec.demonstrations.readers._columns import QUATERNION, Columns, columns_of
+from demospec.demonstrations.readers._identity import checked_name, refuse_repeats
+from demospec.demonstrations.readers._mapping import Mapping
+from demospec.demonstrations.readers._projection import Projection, projection_of
+from demospec.demonstrations.readers._reading import ColumnRead, FrameRead, Reading
+from demospec.demonstrations.readers._recording import ListedObjects, Recording, Source
+from demospec.demonstrations.readers._scene_parts import (
+    finished_scenes,
+    in_set_units,
+    match_objects,
+    raw_scenes,
+)
+from demospec.demonstrations.readers._units import (
+    Converter,
+    SourceUnit,
+    in_source_unit,
+    source_unit,
+)
 from demospec.demonstrations.readers._values import (
     automatic,
     refuse_unknown,
@@ -29,7 +42,6 @@ from demospec.demonstrations.readers._values import (
 )
 from demospec.errors import InputError
 from demospec.frames import FloatArray
-from demospec.scene import Picture, Scene, SceneObject
 
 
 @dataclass(frozen=True)
@@ -42,21 +54,29 @@ class _Chosen:
     valid: str
 
 
+@dataclass(frozen=True)
+class _Path:
+    """The points of one recording (n, d) in the source's unit, and its stamps in the clock's."""
+
+    points: FloatArray
+    t: FloatArray | None
+
+
 def assemble(
     source: Source,
     mapping: Mapping,
     *,
     root: Path,
-    objects: dict[str, tuple[SceneObject, ...]] | None = None,
+    objects: list[ListedObjects] | None = None,
     pictures: bool = True,
-) -> DemonstrationSet:
-    """The set that a source holds. Appends to `source.notes` what was decided.
+) -> tuple[DemonstrationSet, Reading]:
+    """The set that a source holds, and how it was read. Appends to `source.notes`.
 
     Args:
         source: What a reader found.
         mapping: How to read it.
         root: The folder relative to which the mapping names pictures.
-        objects: Objects by picture file name or scene id (from a COCO file), pixels.
+        objects: Objects by picture, from a file of objects, pixels.
         pictures: False decodes no picture (a dry run).
 
     Raises:
@@ -64,54 +84,75 @@ def assemble(
     """
     if not source.recordings:
         raise InputError("at least one recording", "none", file=root)
-    _refuse_repeats(source.recordings)
-    recordings = source.recordings
-    chosen = _choose(recordings, mapping, source.notes)
-    names = _column_names(recordings, mapping, source.notes)
+    recordings, notes = source.recordings, source.notes
+    refuse_repeats(recordings)
+    chosen = _choose(recordings, mapping, notes)
+    columns = columns_of(recordings, mapping)
     projection = projection_of(mapping.projection)
+    _refuse_unsaid_plane(source, projection)
     scenes_of = [_scene_name(r, chosen.scene) for r in recordings]
-    raw = _raw_scenes(source, mapping, scenes_of, root)
+    raw = raw_scenes(source, mapping, scenes_of, root)
     shown = {k: s.load() if pictures and s.load is not None else None for k, s in raw.items()}
-    units = mapping.units or source.units
-    converter = Converter.of(units, mapping, projection, raw, "z" in names, source.notes)
+    unit = source_unit(recordings, columns, mapping, source.units)
+    paths = [_path(r, c, mapping) for r, c in zip(recordings, columns, strict=True)]
+    columns, paths = _kept(recordings, columns, paths, projection, notes)
+    names = tuple(columns[0].places)
+    converter = Converter.of(unit, mapping, projection, raw, names, notes)
+    stamps, clock = _stamps(recordings, columns, paths, mapping, notes)
+    _note_columns(recordings[0], columns[0], notes)
     items = []
-    for recording, scene in zip(recordings, scenes_of, strict=True):
-        points, t = _points(recording, names, mapping)
-        points = converter.convert(recording, points, shown.get(scene))
+    for i, (recording, scene) in enumerate(zip(recordings, scenes_of, strict=True)):
+        points = in_source_unit(paths[i].points, columns[i], unit.factors[i], unit.unit, recording)
+        row = recording.row if recording.row is not None else f"recording {recording.name}"
         items.append(
             Demonstration(
-                demo_id=recording.name,
-                scene_id=scene,
-                points=points,
-                type=text_of(recording, chosen.type, "type"),
-                demonstrator=text_of(recording, chosen.demonstrator, "demonstrator"),
+                demo_id=checked_name(recording.name, what="name", file=recording.file, row=row),
+                scene_id=checked_name(scene, what="scene", file=recording.file, row=row),
+                points=converter.convert(recording, points, shown.get(scene)),
+                type=_word(recording, chosen.type, "type"),
+                demonstrator=_word(recording, chosen.demonstrator, "demonstrator"),
                 valid=validity_of(recording, chosen.valid, mapping.words),
-                t=t,
+                t=stamps[i],
             )
         )
     metres = converter.metres_per_unit(items)
     items = converter.heights_in_pixels(items, metres)
-    columns = tuple(names)
-    scenes = _scenes(raw, shown, items, objects, source.notes)
+    raw = in_set_units(raw, shown, converter)
+    file = None if mapping.objects is None else root / mapping.objects
+    raw, matched = match_objects(raw, shown, objects, file)
+    scenes = finished_scenes(raw, shown, items, notes)
+    listed = f"objects: listed in {matched.matched} of {len(scenes)} scenes"
+    if matched.unused:
+        some = ", ".join(matched.unused[:5]) + (", …" if len(matched.unused) > 5 else "")
+        listed += f", {len(matched.unused)} listed pictures are no scene ({some})"
+    notes.append(listed)
     symbols = sorted({o.symbol for s in scenes for o in s.objects or ()})
     types = list(dict.fromkeys(i.type for i in items if i.type is not None))
-    return DemonstrationSet(
+    data = DemonstrationSet(
         scenes=scenes,
-        demonstrations=Demonstrations.of(items, columns=len(columns)),
+        demonstrations=Demonstrations.of(items, columns=len(names)),
         name=mapping.name or source.name,
         units=converter.units,
         metres_per_unit=metres,
         symbols=tuple(symbols),
         types=tuple(types),
-        columns=columns,
+        columns=names,
     )
-
-
-def _refuse_repeats(recordings: list[Recording]) -> None:
-    for name, n in Counter(r.name for r in recordings).items():
-        if n > 1:
-            twice = [r for r in recordings if r.name == name][1]
-            raise twice.complain("each name once", f"{name} {n} times", "name")
+    reading = Reading(
+        columns=_columns_read(recordings, columns, clock, unit),
+        not_read=columns[0].rest,
+        frame=_frame(source, converter, unit),
+        time=clock,
+        labels=source.labels,
+        values={w: getattr(chosen, w) for w in ("scene", "type", "demonstrator", "valid")},
+        labelled={
+            "accepted": sum(i.valid is True for i in items),
+            "rejected": sum(i.valid is False for i in items),
+            "not_judged": sum(i.valid is None for i in items),
+        },
+        objects=matched,
+    )
+    return data, reading
 
 
 def _choose(recordings: list[Recording], mapping: Mapping, notes: list[str]) -> _Chosen:
@@ -140,203 +181,203 @@ def _scene_name(recording: Recording, source: str) -> str:
     return text_of(recording, source, "scene") or recording.scene or "scene"
 
 
-def _column_names(
-    recordings: list[Recording], mapping: Mapping, notes: list[str]
-) -> dict[str, str]:
-    """Ours → theirs, ``x`` and ``y`` first."""
-    if mapping.columns is not None:
-        for name in ("x", "y"):
-            if name not in mapping.columns:
-                raise InputError(f"a column for {name}", list(mapping.columns), field="columns")
-        order = ["x", "y", *(["z"] if "z" in mapping.columns else [])]
-        order += [name for name in mapping.columns if name not in order]
-        return {name: str(mapping.columns[name]) for name in order}
-    first = recordings[0]
-    names: dict[str, str] = {}
-    for axis in ("x", "y", "z"):
-        matches = [c for c in first.columns if _is_axis(c, axis)]
-        if len(matches) > 1:
-            exact = [c for c in matches if c.lower() == axis]
-            matches = exact or matches
-        if len(matches) > 1:
-            raise first.complain(
-                f"one column for {axis}; say which: --column {axis}=NAME",
-                ", ".join(matches[:8]), "columns",
-            )  # fmt: skip
-        if matches:
-            names[axis] = matches[0]
-    if "x" not in names or "y" not in names:
-        plain = all(c.isdecimal() for c in first.columns) or len(first.columns) in (2, 3)
-        if not (plain and len(first.columns) in (2, 3)):
-            known = ", ".join(first.columns[:20])
-            raise first.complain(
-                "columns for x and y; say which: --column x=NAME --column y=NAME", known, "columns"
-            )
-        names = dict(zip(("x", "y", "z"), first.columns, strict=False))
-    rest = [c for c in first.columns if c not in names.values()]
-    notes.append(
-        "path: " + ", ".join(f"{ours} from {theirs}" for ours, theirs in names.items())
-        + (f"; not read: {', '.join(rest[:12])}" if rest else "")
-    )  # fmt: skip
-    return names
-
-
-def _is_axis(column: str, axis: str) -> bool:
-    """Whether a column's name is that of an axis: x, pos_x, pose.position.x, x_px, x[m]."""
-    if "orient" in column.lower() or "quat" in column.lower():
-        return False
-    return axis in re.split(r"[^a-z0-9]+", column.lower())
-
-
-def _points(
-    recording: Recording, names: dict[str, str], mapping: Mapping
-) -> tuple[FloatArray, FloatArray | None]:
-    """The chosen columns of a recording, thinned, with its time stamps."""
-    places = []
-    for ours, theirs in names.items():
-        if theirs in recording.columns:
-            places.append(recording.columns.index(theirs))
-        elif theirs.isdecimal() and int(theirs) < len(recording.columns):
-            places.append(int(theirs))
-        else:
-            known = ", ".join(recording.columns[:20])
-            raise recording.complain(f"a column {theirs} for {ours}", known, "columns")
-    points = np.asarray(recording.points, dtype=np.float64)[:, places]
-    t = _times(recording, mapping)
-    if mapping.drop_missing:
-        kept = np.isfinite(points).all(axis=1)
-        if not kept.any():
-            raise recording.complain("a point that is not missing", "none", "points")
-        points, t = points[kept], None if t is None else t[kept]
-    wrong = ~(np.abs(points) <= MAX_COORDINATE)
-    if wrong.any():
-        i, j = np.argwhere(wrong)[0]
-        expected = f"finite numbers of size at most {MAX_COORDINATE:.0e}"
-        if np.isnan(points[i, j]):
-            expected += " (--drop-missing leaves such points out)"
-        raise recording.complain(expected, f"{points[i, j]} in point {i}", list(names)[j])
-    if mapping.every > 1:
-        take = np.arange(0, len(points), mapping.every)
-        if take[-1] != len(points) - 1:
-            take = np.append(take, len(points) - 1)
-        points, t = points[take], None if t is None else t[take]
-    if len(points) > MAX_POINTS:
-        expected = f"at most {MAX_POINTS} points in one path (thin it out: --every N)"
-        raise recording.complain(expected, f"{len(points)} points", "points")
-    if t is not None and not np.isfinite(t).all():
-        at = int(np.flatnonzero(~np.isfinite(t))[0])
-        raise recording.complain("finite seconds", f"{t[at]} in point {at}", "t")
-    return points, t
-
-
-def _times(recording: Recording, mapping: Mapping) -> FloatArray | None:
-    if mapping.time is None:
-        return recording.t
-    name = str(mapping.time)
-    if name == "none":
+def _word(recording: Recording, source: str, what: str) -> str | None:
+    text = text_of(recording, source, what)
+    if text is None:
         return None
-    if name in recording.columns:
-        return np.asarray(recording.points[:, recording.columns.index(name)], dtype=np.float64)
-    value = recording.fields.get(name)
-    if isinstance(value, np.ndarray) and value.dtype.kind in "iuf":
-        return value.astype(np.float64)
-    known = ", ".join([*recording.columns, *recording.fields][:20])
-    raise recording.complain(f"a column {name} of seconds (there are: {known})", "none", "time")
+    row = recording.row if recording.row is not None else f"recording {recording.name}"
+    return checked_name(text, what=what, file=recording.file, row=row)
 
 
-def _raw_scenes(
-    source: Source, mapping: Mapping, names: list[str], root: Path
-) -> dict[str, RawScene]:
-    """The scenes that recordings use (and those that the format states), in order of use."""
-    out: dict[str, RawScene] = {}
-    for name in dict.fromkeys([*names, *source.scenes]):
-        scene = source.scenes.get(name, RawScene(name))
-        said = mapping.scenes.get(name, SceneMapping())
-        picture = said.picture
-        if picture is None and mapping.picture not in (None, "none") and scene.load is None:
-            candidate = root / str(mapping.picture).replace("{scene}", name)
-            if candidate.is_file():
-                picture = str(mapping.picture).replace("{scene}", name)
-            elif name in names:
-                expected = "a file" + (
-                    f" or one of the pictures {', '.join(source.cameras)}" if source.cameras else ""
-                )
-                raise InputError(expected, str(mapping.picture), file=root, field="picture")
-        if picture is not None:
-            scene = replace(scene, load=_loader(root, picture), file_name=picture)
-        if mapping.picture == "none":
-            scene = replace(scene, load=None)
-        out[name] = replace(
-            scene,
-            start=scene.start if said.start is None else tuple(said.start),
-            goal=scene.goal if said.goal is None else tuple(said.goal),
-            split=said.split or scene.split,
-            objects=scene.objects
-            if said.objects is None
-            else tuple(o.to_object() for o in said.objects),
-        )
-    unknown = [name for name in mapping.scenes if name not in out]
-    if unknown:
-        known = ", ".join(list(out)[:8])
-        raise InputError(f"a scene that there is ({known})", unknown[0], field="scenes")
-    used = set(names)
-    return {name: s for name, s in out.items() if name in used or name in mapping.scenes}
+def _refuse_unsaid_plane(source: Source, projection: Projection | None) -> None:
+    """InputError where an axis other than z points up and nobody said which plane is the table."""
+    if source.up is not None and projection is None:
+        plane = {"y": "zx", "x": "yz"}.get(source.up, "xy")
+        expected = f"the plane of the table: --plane {plane} where {source.up} points up, else xy"
+        raise InputError(expected, "none", field="projection.plane")
 
 
-def _loader(root: Path, name: str) -> Any:
-    def load() -> Picture:
-        picture = Picture(file=root / name)
-        _ = picture.size_px
-        return picture
+def _path(recording: Recording, columns: Columns, mapping: Mapping) -> _Path:
+    """The chosen columns of a recording, thinned, with its time stamps."""
+    names = list(columns.places)
+    points = np.stack([recording.numbers(j) for j in columns.places.values()], axis=1)
+    if not len(points):
+        raise recording.complain("at least one point", "none", "points")
+    t = _raw_times(recording, columns, mapping)
+    kept = np.arange(len(points))
+    if mapping.drop_missing:
+        kept = np.flatnonzero(np.isfinite(points).all(axis=1))
+        if not len(kept):
+            raise recording.complain("a point that is not missing", "none", "points")
+    wrong = ~(np.abs(points[kept]) <= MAX_COORDINATE)
+    if wrong.any():
+        at, k = (int(v) for v in np.argwhere(wrong)[0])
+        i, j = int(kept[at]), columns.places[names[k]]
+        expected = f"finite numbers of size at most {MAX_COORDINATE:.0e}"
+        if np.isnan(points[i, k]):
+            expected += " (--drop-missing leaves such points out"
+            expected += ")" if k < 3 else "; --column x=NAME --column y=NAME read only those)"
+        row, found = recording.place(j, i, points[i, k])
+        raise InputError(expected, found, file=recording.file, row=row, field=names[k])
+    if mapping.every > 1:
+        take = np.arange(0, len(kept), mapping.every)
+        if take[-1] != len(kept) - 1:
+            take = np.append(take, len(kept) - 1)
+        kept = kept[take]
+    if len(kept) > MAX_POINTS:
+        expected = f"at most {MAX_POINTS} points in one path (thin it out: --every N)"
+        raise recording.complain(expected, f"{len(kept)} points", "points")
+    return _Path(points[kept], None if t is None else t[kept])
 
-    return load
+
+def _raw_times(recording: Recording, columns: Columns, mapping: Mapping) -> FloatArray | None:
+    """The stamps as they stand in the source."""
+    if mapping.time is not None and str(mapping.time) == "none":
+        return None
+    t: FloatArray | None = recording.t
+    if columns.time is not None:
+        cells = recording.cells
+        t = recording.numbers(columns.time) if cells is None else cells.seconds(columns.time)
+        if columns.nanoseconds is not None:
+            t = t + recording.numbers(columns.nanoseconds) * 1e-9
+    elif mapping.time is not None:
+        name = str(mapping.time)
+        value = recording.fields.get(name)
+        if not isinstance(value, np.ndarray) or value.dtype.kind not in "iuf":
+            known = ", ".join(dict.fromkeys([*recording.columns, *recording.fields]))
+            expected = f"a column {name} of time stamps (there are: {known})"
+            raise recording.complain(expected, "none", "time")
+        t = value.astype(np.float64)
+    if t is None or np.isnan(t).all():
+        return None
+    if len(t) != len(recording.cells or recording.points):
+        n = len(recording.cells or recording.points)
+        raise recording.complain(f"{n} time stamps (one a point)", len(t), "time")
+    return t
 
 
-def _scenes(
-    raw: dict[str, RawScene],
-    shown: dict[str, Picture | None],
-    items: list[Demonstration],
-    objects: dict[str, tuple[SceneObject, ...]] | None,
+def _kept(
+    recordings: list[Recording],
+    columns: list[Columns],
+    paths: list[_Path],
+    projection: Projection | None,
     notes: list[str],
-) -> tuple[Scene, ...]:
-    paths: dict[str, list[FloatArray]] = {}
-    for item in items:
-        paths.setdefault(item.scene_id, []).append(item.points)
-    scenes = []
-    guessed = 0
-    for name, scene in raw.items():
-        start, goal = scene.start, scene.goal
-        if start is None or goal is None:
-            guessed += 1
-            here = paths.get(name)
-            if not here:
-                raise InputError("a start and a goal", "no demonstration", row=f"scene {name}",
-                                 field="start")  # fmt: skip
-            start = start or _middle(np.array([p[0, :2] for p in here]))
-            goal = goal or _middle(np.array([p[-1, :2] for p in here]))
-        listed = scene.objects
-        if objects is not None:
-            for key in (scene.file_name, name):
-                if key is not None and listed is None:
-                    listed = objects.get(key) or objects.get(Path(key).name)
-        scenes.append(
-            Scene(
-                scene_id=name,
-                start=start,
-                goal=goal,
-                objects=listed,
-                relations=scene.relations,
-                picture=shown[name],
-                split=scene.split or "train",
+) -> tuple[list[Columns], list[_Path]]:
+    """Without an orientation that is none, and without a speed that has no one unit."""
+    left_out: list[str] = []
+    if set(QUATERNION) <= set(columns[0].places):
+        for recording, chosen, path in zip(recordings, columns, paths, strict=True):
+            at = [list(chosen.places).index(q) for q in QUATERNION]
+            size = np.linalg.norm(path.points[:, at], axis=1)
+            if (np.abs(size - 1) > 0.1).any():
+                i = int(np.flatnonzero(np.abs(size - 1) > 0.1)[0])
+                notes.append(
+                    f"orientation: not kept (a quaternion of length {size[i]:.3g}, "
+                    f"{recording.name}, point {i})"
+                )
+                left_out += QUATERNION
+                break
+    if projection is not None and projection.to_pixels and "speed" in columns[0].places:
+        notes.append("speed: not kept (a homography scales it by place)")
+        left_out.append("speed")
+    if not left_out:
+        return columns, paths
+    new_columns, new_paths = [], []
+    for recording, chosen, path in zip(recordings, columns, paths, strict=True):
+        names = [n for n in chosen.places if n not in left_out]
+        at = [list(chosen.places).index(n) for n in names]
+        rest = (*chosen.rest, *(recording.columns[chosen.places[n]] for n in left_out))
+        places = {n: chosen.places[n] for n in names}
+        units = {n: u for n, u in chosen.units.items() if n in places}
+        new_columns.append(replace(chosen, places=places, units=units, rest=rest))
+        new_paths.append(_Path(path.points[:, at], path.t))
+    return new_columns, new_paths
+
+
+def _stamps(
+    recordings: list[Recording],
+    columns: list[Columns],
+    paths: list[_Path],
+    mapping: Mapping,
+    notes: list[str],
+) -> tuple[list[FloatArray | None], ClockRead | None]:
+    """Every recording's time stamps in seconds, and what was decided about them."""
+    known = [i for i, p in enumerate(paths) if p.t is not None]
+    if not known:
+        notes.append("time: none")
+        return [None] * len(paths), None
+    for i in known:
+        t = paths[i].t
+        if t is not None and not np.isfinite(t).all():
+            at = int(np.flatnonzero(~np.isfinite(t))[0])
+            found = f"{t[at]} in point {at}"
+            raise recordings[i].complain("finite seconds (--time none reads no time)", found, "t")
+    first = recordings[known[0]]
+    column, stated, open_unit = _clock_of(first, columns[known[0]], mapping)
+    if open_unit:
+        raw = [t for i in known if (t := paths[i].t) is not None]
+        unit, why = unit_of(raw, column, stated, mapping.time_unit)
+    else:
+        unit, why = "s", "the format's"
+    out = [None if p.t is None else p.t * SECONDS[unit] for p in paths]
+    names = [recordings[i].name for i in known]
+    jumps = jumps_of(names, [t for t in out if t is not None])
+    without = len(paths) - len(known)
+    note = f"time: {unit} from {column} ({why})"
+    if without:
+        note += f", none in {without} recordings"
+    notes.append(note)
+    notes += [f"clock: {j}" for j in jumps]
+    return out, ClockRead(column, unit, why, jumps)
+
+
+def _clock_of(
+    recording: Recording, columns: Columns, mapping: Mapping
+) -> tuple[str, str | None, bool]:
+    """The column of the stamps, the unit that the source states, and whether it is open."""
+    if columns.time is not None:
+        name = recording.columns[columns.time]
+        return name, column_name(name, recording.units.get(name)).unit, True
+    if mapping.time is not None:
+        return str(mapping.time), column_name(str(mapping.time)).unit, True
+    if recording.clock is not None:
+        return recording.clock.column, recording.clock.unit, True
+    return "the format's clock", "s", mapping.time_unit is not None
+
+
+def _note_columns(recording: Recording, columns: Columns, notes: list[str]) -> None:
+    said = [f"{ours} from {recording.columns[j]}" for ours, j in columns.places.items()]
+    rest = [c or "(no name)" for c in columns.rest]
+    more = f" and {len(rest) - 12} more" if len(rest) > 12 else ""
+    left = f"; not read: {', '.join(rest[:12])}{more}" if rest else ""
+    notes.append(f"path: {', '.join(said)}{left}")
+
+
+def _columns_read(
+    recordings: list[Recording], columns: list[Columns], clock: ClockRead | None, unit: SourceUnit
+) -> tuple[ColumnRead, ...]:
+    """Every column → its meaning; the names of all recordings where they differ."""
+    out = []
+    for ours in columns[0].places:
+        theirs = [r.columns[c.places[ours]] for r, c in zip(recordings, columns, strict=True)]
+        units = [c.units.get(ours) for c in columns]
+        own = {"x": unit.unit, "y": unit.unit, "z": unit.unit, "tilt": "deg",
+               "speed": f"{unit.unit}/s"}.get(ours)  # fmt: skip
+        said = list(dict.fromkeys(u or own for u in units))
+        out.append(
+            ColumnRead(
+                ", ".join(dict.fromkeys(theirs)), ours, ", ".join(u for u in said if u) or None
             )
         )
-    if guessed:
-        notes.append(f"start and goal: median of the paths' ends in {guessed} scenes")
-    listed_n = sum(s.objects is not None for s in scenes)
-    notes.append(f"objects: listed in {listed_n} of {len(scenes)} scenes")
-    return tuple(scenes)
+    if clock is not None:
+        out.append(ColumnRead(clock.column, "t", clock.unit))
+    return tuple(out)
 
 
-def _middle(points: FloatArray) -> tuple[float, float]:
-    x, y = np.median(points, axis=0)
-    return float(x), float(y)
+def _frame(source: Source, converter: Converter, unit: SourceUnit) -> FrameRead:
+    if converter.units == "px":
+        how = unit.how if converter.source_metres is None else f"from {unit.unit}"
+        return FrameRead("picture", "px", "down", how)
+    mirrored = converter.projection is not None and converter.projection.mirrors
+    how = unit.how if unit.unit == "m" else f"from {unit.unit}, {unit.how}"
+    return FrameRead(source.frame, "m", "down" if mirrored else "up", how)

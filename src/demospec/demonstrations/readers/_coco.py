@@ -5,13 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from demospec.demonstrations.readers._recording import ListedObjects
 from demospec.errors import InputError
 from demospec.files import read_json
 from demospec.scene import Polygon, SceneObject, rectangle
 
 
-def read_coco(path: Path) -> dict[str, tuple[SceneObject, ...]]:
-    """Objects by picture: under the picture's file name and its stem; pixels.
+def read_coco(path: Path) -> list[ListedObjects]:
+    """Objects by picture; pixels.
 
     The symbol is the category's name; the footprint the largest polygon of ``segmentation``,
     else the box. Run-length masks are not read (the box stands in). Crowds are left out.
@@ -41,11 +42,12 @@ def read_coco(path: Path) -> dict[str, tuple[SceneObject, ...]]:
         symbol = categories[category]
         number = sum(o.symbol == symbol for o in found[image])
         found[image].append(_object(item, symbol, f"{symbol}-{number}", path, row))
-    out: dict[str, tuple[SceneObject, ...]] = {}
-    for key, name in pictures.items():
-        for alias in {name, Path(name).name, Path(name).stem}:
-            out[alias] = tuple(found[key])
-    return out
+    return [
+        ListedObjects(
+            tuple(dict.fromkeys([name, Path(name).name, Path(name).stem])), tuple(found[key])
+        )
+        for key, name in pictures.items()
+    ]
 
 
 def _list(document: dict[str, Any], name: str, path: Path) -> list[Any]:

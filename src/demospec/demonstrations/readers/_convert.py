@@ -18,10 +18,17 @@ from demospec.demonstrations.readers._assemble import assemble
 from demospec.demonstrations.readers._coco import read_coco
 from demospec.demonstrations.readers._guess import FORMATS, guess_format
 from demospec.demonstrations.readers._mapping import Mapping
-from demospec.demonstrations.readers._recording import Pictures, Source
+from demospec.demonstrations.readers._reading import Reading
+from demospec.demonstrations.readers._recording import (
+    ListedObjects,
+    Pictures,
+    RawScene,
+    Source,
+)
+from demospec.demonstrations.readers._scene_parts import match_objects
+from demospec.demonstrations.readers.tables._labels import add_labels, labels_file
 from demospec.errors import InputError, OutputError
 from demospec.progress import Progress, silent
-from demospec.scene import Scene, SceneObject
 
 
 @dataclass(frozen=True)
@@ -33,12 +40,14 @@ class Conversion:
         format: The source's format.
         notes: Every decision, in words.
         provenance: What `convert` writes to ``provenance.json``.
+        reading: Columns, units, frame, time, labels and objects; None for a set of this format.
     """
 
     data: DemonstrationSet
     format: str
     notes: tuple[str, ...]
     provenance: dict[str, Any]
+    reading: Reading | None = None
 
 
 def read_source(
@@ -85,17 +94,33 @@ def _read_source(
         raise InputError(f"one of {', '.join(FORMATS)}", kind, field="--from")
     if format is not None and not path.exists():
         raise InputError("a source to read", "no such file or folder", file=path)
+    if path.exists() and not path.is_file() and not path.is_dir():
+        raise InputError("a file or folder", "a device or pipe", file=path)
     how = mapping or Mapping()
     root = path if path.is_dir() else path.parent
     objects = None if how.objects is None else read_coco(root / how.objects)
+    reading = None
     if kind == "demospec":
-        data = _with_objects(read_set(path), objects)
+        data = _with_objects(read_set(path), objects, how)
         notes = [f"read: {len(data.demonstrations)} demonstrations, a set of this format"]
     else:
-        found = _read(kind, path, how, progress, Pictures(picture_folder))
-        data = assemble(found, how, root=root, objects=objects, pictures=pictures)
+        labels = labels_file(root, path, how)
+        left_out = _no_recordings(root, how, labels)
+        found = _read(kind, path, how, progress, Pictures(picture_folder), left_out)
+        if labels is not None:
+            add_labels(found, labels, root)
+        data, reading = assemble(found, how, root=root, objects=objects, pictures=pictures)
         notes = found.notes
-    return Conversion(data, kind, tuple(notes), _provenance(path, kind, how, notes))
+    provenance = _provenance(path, kind, how, notes)
+    if reading is not None:
+        provenance["read"] = reading.to_json()
+    return Conversion(data, kind, tuple(notes), provenance, reading)
+
+
+def _no_recordings(root: Path, mapping: Mapping, labels: Path | None) -> tuple[Path, ...]:
+    """The files of a source that a mapping names for something else."""
+    named = [n for n in (mapping.objects, mapping.picture) if n is not None]
+    return (*(root / n for n in named), *([labels] if labels is not None else []))
 
 
 def convert(
@@ -149,17 +174,22 @@ def _refuse_inside(source: Path, target: Path) -> None:
 
 
 def _read(
-    kind: str, path: Path, mapping: Mapping, progress: Progress, pictures: Pictures
+    kind: str,
+    path: Path,
+    mapping: Mapping,
+    progress: Progress,
+    pictures: Pictures,
+    left_out: tuple[Path, ...],
 ) -> Source:
     # Each reader's libraries are loaded when it is needed.
     if kind == "tables":
-        from demospec.demonstrations.readers._table_files import read_tables
+        from demospec.demonstrations.readers.tables._files import read_tables
 
-        return read_tables(path, mapping, progress)
+        return read_tables(path, mapping, progress, left_out)
     if kind == "json":
-        from demospec.demonstrations.readers._json_file import read_json_file
+        from demospec.demonstrations.readers._json_file import read_json
 
-        return read_json_file(path, mapping, progress)
+        return read_json(path, mapping, progress, left_out)
     if kind == "lerobot":
         from demospec.demonstrations.readers._lerobot import read_lerobot
 
@@ -180,19 +210,24 @@ def _read(
 
 
 def _with_objects(
-    data: DemonstrationSet, objects: dict[str, tuple[SceneObject, ...]] | None
+    data: DemonstrationSet, objects: list[ListedObjects] | None, mapping: Mapping
 ) -> DemonstrationSet:
+    """The set with the objects that a file lists for its pictures in place of its own."""
     if objects is None:
         return data
-
-    def listed(scene: Scene) -> Scene:
-        names = [scene.scene_id]
-        if scene.picture is not None and scene.picture.file is not None:
-            names.insert(0, scene.picture.file.name)
-        found = next((objects[n] for n in names if n in objects), None)
-        return scene if found is None else replace(scene, objects=found or None)
-
-    scenes = tuple(listed(s) for s in data.scenes)
+    raw = {}
+    for scene in data.scenes:
+        file = scene.picture.file if scene.picture is not None else None
+        raw[scene.scene_id] = RawScene(
+            scene.scene_id, objects=scene.objects, file_name=None if file is None else file.name
+        )
+    shown = {s.scene_id: s.picture for s in data.scenes}
+    matched, _ = match_objects(raw, shown, objects, Path(str(mapping.objects)))
+    scenes = tuple(
+        s if matched[s.scene_id].objects is s.objects
+        else replace(s, objects=matched[s.scene_id].objects, relations=())
+        for s in data.scenes
+    )  # fmt: skip
     symbols = {o.symbol for s in scenes for o in s.objects or ()}
     every = tuple(dict.fromkeys([*data.symbols, *sorted(symbols)]))
     return replace(data, scenes=scenes, symbols=every)

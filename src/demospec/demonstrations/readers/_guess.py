@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from demospec.demonstrations.readers._table_files import SUFFIXES
+from demospec.demonstrations.readers.tables._files import SUFFIXES
+from demospec.demonstrations.readers.tables._labels import FILES as LABELS
 from demospec.errors import InputError
 
 FORMATS = ("demospec", "tables", "json", "lerobot", "hdf5", "ros", "label-studio", "cvat")
@@ -48,6 +49,8 @@ def _of_folder(path: Path) -> str:
     for _, folders, names in os.walk(path, followlinks=False):
         folders.sort()
         for name in names:
+            if name in LABELS:
+                continue
             suffix = Path(name).suffix.lower()
             seen[suffix] = seen.get(suffix, 0) + 1
             if name == "metadata.yaml":
@@ -56,6 +59,8 @@ def _of_folder(path: Path) -> str:
         return "ros"
     if any(s in seen for s in SUFFIXES):
         return "tables"
+    if any(s in seen for s in (".json", ".jsonl")):
+        return "json"
     kinds = ", ".join(sorted(s for s in seen if s)[:8]) or "nothing"
     raise InputError(f"a folder of one of the formats {', '.join(FORMATS)}", kinds, file=path)
 

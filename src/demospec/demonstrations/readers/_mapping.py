@@ -41,7 +41,7 @@ class ProjectionMapping(_Closed):
     in the plane's coordinates.
     """
 
-    plane: Literal["xy", "xz", "yz"] | PlaneMapping = "xy"
+    plane: Literal["xy", "xz", "yz", "zx"] | PlaneMapping = "xy"
     homography: (
         Annotated[
             list[Annotated[list[float], Field(min_length=3, max_length=3)]],
@@ -77,8 +77,26 @@ class Mapping(_Closed):
     columns: dict[str, str | int] | None = None
     """Ours → theirs, such as ``{"x": "pos_x", "y": "pos_y", "z": 2}``."""
     time: str | int | None = None
+    """Column, key or topic of the time stamps; ``none`` to read none."""
+    time_unit: Literal["s", "ms", "us", "ns"] | None = None
+    """Unit of the time stamps, where the source neither states it nor leaves one reading."""
+    quaternion: Literal["xyzw", "wxyz"] | None = None
+    """Order of an orientation of four numbers without names."""
     demonstration: Name | None = None
-    """Long tables: the column that says to which demonstration a row belongs."""
+    """Long tables: the column that says to which demonstration a row belongs; ``none``: it holds
+    one."""
+    encoding: Name | None = None
+    """Encoding of text files, such as ``latin-1``; UTF-8 and UTF-16 are found."""
+    skip_rows: Annotated[int, Field(ge=0)] = 0
+    """Lines above a table of text that are not read."""
+    header_row: Annotated[int, Field(ge=1)] | Literal["none"] | None = None
+    """Line of a table of text that names the columns (the file's first line is 1)."""
+    decimal: Literal[".", ","] | None = None
+    """Decimal mark of tables of text, where it is not clear."""
+    include: list[Name] = []
+    """Patterns such as ``run*.csv``: only files of the folder that one of them fits are read."""
+    exclude: list[Name] = []
+    """Patterns of files of the folder that are not read."""
     every: Annotated[int, Field(ge=1)] = 1
     """Keep every N-th point (and the last)."""
     drop_missing: bool = False
@@ -93,7 +111,7 @@ class Mapping(_Closed):
     words: dict[str, bool] = {}
     """Words that mean accepted (true) or rejected (false), beside the usual ones."""
     labels: Name | None = None
-    """A CSV file with one line a recording: its name, then fields."""
+    """A CSV file with one line a recording: its name, then fields; ``none`` to read none."""
     picture: Name | None = None
     """File, feature, dataset or topic of the scene's picture; ``none`` to read none."""
     objects: Name | None = None

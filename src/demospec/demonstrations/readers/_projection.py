@@ -11,7 +11,7 @@ from demospec.demonstrations.readers._mapping import PlaneMapping, ProjectionMap
 from demospec.errors import InputError
 from demospec.frames import FloatArray
 
-_AXES = {"xy": (0, 1, 2), "xz": (0, 2, 1), "yz": (1, 2, 0)}
+_AXES = {"xy": (0, 1, 2), "xz": (0, 2, 1), "yz": (1, 2, 0), "zx": (2, 0, 1)}
 
 
 @dataclass(frozen=True)
@@ -41,6 +41,26 @@ class Projection:
         if p.shape[1] == 2:
             p = np.concatenate([p, np.zeros((len(p), 1))], axis=1)
         return np.asarray((p - self.origin) @ self.basis.T)
+
+    @property
+    def mirrors(self) -> bool:
+        """Whether the plane's x, y and normal are left-handed (``xz``): seen from the side that
+        the normal points to, y then points down."""
+        return bool(np.linalg.det(self.basis) < 0)
+
+    def turned(self, quaternions: FloatArray) -> FloatArray:
+        """(n, 4) orientations x, y, z, w in the source's axes → in the plane's.
+
+        The third axis is the plane's normal, so that a tilt stays what it is; where the plane is
+        left-handed its y axis is turned round.
+        """
+        from scipy.spatial.transform import Rotation
+
+        basis = self.basis.copy()
+        if self.mirrors:
+            basis[1] *= -1
+        turned = Rotation.from_matrix(basis) * Rotation.from_quat(quaternions)
+        return np.asarray(turned.as_quat())
 
     def apply(self, points: ArrayLike) -> FloatArray:
         """(n, 2) or (n, 3) source points → (n, 3): pixels where there is a homography, height.

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator
+from collections.abc import Mapping as MappingType
 from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from demospec.demonstrations._trajectory import MAX_POINTS
+from demospec.demonstrations.readers._mapping import Mapping
 from demospec.errors import InputError, OutputError
 from demospec.frames import FloatArray
 from demospec.scene import Image, Picture, Relation, SceneObject
@@ -20,34 +23,87 @@ MAX_NUMBERS = 50_000_000
 
 
 @dataclass(frozen=True)
+class Clock:
+    """Where the time stamps of a recording came from.
+
+    Args:
+        column: Its name in the source: a column, a key, a topic's field.
+        unit: ``s``, ``ms``, ``us`` or ``ns``; None where the source does not say it.
+    """
+
+    column: str
+    unit: str | None = None
+
+
+class Cells(Protocol):
+    """The rows of a recording in a table of text, read column by column on demand."""
+
+    def __len__(self) -> int: ...
+
+    def numbers(self, j: int) -> FloatArray:
+        """Column `j` as numbers, NaN where a cell is empty; InputError at a cell of text."""
+
+    def seconds(self, j: int) -> FloatArray:
+        """Column `j` as numbers, or as seconds where its cells are dates with a time of day."""
+
+    def are_words(self, j: int) -> bool:
+        """Whether no cell of column `j` is a number."""
+
+    def place(self, j: int, i: int) -> tuple[str, str]:
+        """Where row `i` of column `j` stands in the file, and the cell's text."""
+
+
+@dataclass(frozen=True)
 class Recording:
     """One recorded path, in the source's own frame, unit and words.
 
     Args:
         name: Unique in the source: a file's stem, a group, an episode.
-        points: (n, d) numbers, not yet checked.
+        points: (n, d) numbers, not yet checked; of shape (n, 0) where `cells` has them.
         columns: What the d numbers are called; ``"0"``, ``"1"``, … where they have no names.
-        t: (n,) seconds, or None.
-        fields: Everything else that is known of it: a scalar, or an array with one value a point.
+        t: (n,) seconds, or numbers of the clock's unit where there is a `clock`; or None.
+        fields: Everything else that is known of it: a scalar, or an array with one value a point
+            (flags may have one value less, or one in all).
         folders: Names of the folders between the source and the file, outermost first.
         scene: The scene that the format itself states, if any.
         file, row: Where it came from, for messages.
+        units: Unit of a column, where the source states it.
+        clock: Where `t` came from; None where the format fixes seconds.
+        cells: The columns of a table of text, read on demand.
+        ordered: The format says that nameless columns are x, y, z in this order.
     """
 
     name: str
     points: FloatArray
     columns: tuple[str, ...]
     t: FloatArray | None = None
-    fields: dict[str, Any] = field(default_factory=dict)
+    fields: MappingType[str, Any] = field(default_factory=dict)
     folders: tuple[str, ...] = ()
     scene: str | None = None
     file: Path | None = None
     row: int | str | None = None
+    units: MappingType[str, str] = field(default_factory=dict)
+    clock: Clock | None = None
+    cells: Cells | None = None
+    ordered: bool = True
 
     def complain(self, expected: str, found: object, name: str | None = None) -> InputError:
         """An `InputError` about this recording."""
         row = self.row if self.row is not None else f"recording {self.name}"
         return InputError(expected, found, file=self.file, row=row, field=name)
+
+    def numbers(self, j: int) -> FloatArray:
+        """(n,) numbers of column `j`, NaN where one is missing; InputError at a cell of text."""
+        if self.cells is not None:
+            return self.cells.numbers(j)
+        return np.asarray(self.points[:, j], dtype=np.float64)
+
+    def place(self, j: int, i: int, value: float) -> tuple[int | str, str]:
+        """Where the number `i` of column `j` stands, and what stands there: for a message."""
+        if self.cells is not None:
+            return self.cells.place(j, i)
+        row = self.row if self.row is not None else f"recording {self.name}"
+        return f"{row}, point {i}", str(value)
 
 
 @dataclass(frozen=True)
@@ -56,7 +112,10 @@ class RawScene:
 
     Args:
         load: Decodes the picture when it is asked for (a dry run never asks).
-        points: Whether `objects` and the like are already in picture pixels (they always are).
+        objects: None where the source lists none; empty where it says that there are none.
+        units: Unit of `start`, `goal` and `objects`: ``source`` for that of the points, ``set``
+            for that of the set (picture pixels).
+        centers: Where objects are, with their heights, by id: for planes that are not x, y.
     """
 
     scene_id: str
@@ -67,6 +126,45 @@ class RawScene:
     split: str | None = None
     file_name: str | None = None
     relations: tuple[Relation, ...] = ()
+    units: str = "set"
+    centers: MappingType[str, tuple[float, ...]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class ListedObjects:
+    """The objects that a file of objects lists for one picture.
+
+    Args:
+        names: What the picture may be called: its name as written, that without folders, and
+            that without its ending.
+        objects: In pixels of the picture; empty where it was looked at and holds none.
+        size_px: (width, height) of the picture that was annotated, where the file says it.
+        row: Where the picture stands in the file, for messages.
+    """
+
+    names: tuple[str, ...]
+    objects: tuple[SceneObject, ...]
+    size_px: tuple[float, float] | None = None
+    row: int | str | None = None
+
+
+@dataclass(frozen=True)
+class LabelsRead:
+    """How a table of labels and the recordings found each other.
+
+    Args:
+        file: Name of the table.
+        columns: The fields that it gave.
+        matched: Number of recordings with a row in it.
+        without: Recordings that it has no row for.
+        unused: Rows that name no recording.
+    """
+
+    file: str
+    columns: tuple[str, ...]
+    matched: int
+    without: tuple[str, ...]
+    unused: tuple[str, ...]
 
 
 @dataclass
@@ -81,6 +179,9 @@ class Source:
         notes: What was read and what was not, for people.
         cameras: Names of the pictures there are to choose from.
         name: Of the data set.
+        frame: Name of the frame that the points are in, where the format states it.
+        up: The axis of the points that points up where the format knows that it is not z.
+        labels: What a table of labels gave, where there is one.
     """
 
     format: str
@@ -90,6 +191,9 @@ class Source:
     notes: list[str] = field(default_factory=list)
     cameras: tuple[str, ...] = ()
     name: str = "converted"
+    frame: str | None = None
+    up: str | None = None
+    labels: LabelsRead | None = None
 
 
 @dataclass(frozen=True)
@@ -111,6 +215,33 @@ class Pictures:
         except OSError as error:
             raise OutputError(f"{file}: cannot write: {error.strerror or error}") from error
         return Picture(file=file)
+
+
+def wanted_files(
+    folder: Path, suffixes: tuple[str, ...], mapping: Mapping, left_out: tuple[Path, ...] = ()
+) -> list[Path]:
+    """The files of a folder that hold recordings: by ending, and as the mapping says.
+
+    Raises:
+        InputError: The mapping's patterns leave no file.
+    """
+    out = []
+    for file in files_below(folder, suffixes):
+        if file in left_out:
+            continue
+        names = (file.relative_to(folder).as_posix(), file.name)
+        if mapping.include and not _fits(names, mapping.include):
+            continue
+        if not _fits(names, mapping.exclude):
+            out.append(file)
+    if not out and (mapping.include or mapping.exclude):
+        patterns = ", ".join([*mapping.include, *(f"not {p}" for p in mapping.exclude)])
+        raise InputError("files that the patterns leave", patterns, file=folder, field="include")
+    return out
+
+
+def _fits(names: tuple[str, ...], patterns: list[str]) -> bool:
+    return any(fnmatchcase(name, pattern) for name in names for pattern in patterns)
 
 
 def files_below(folder: Path, suffixes: tuple[str, ...]) -> Iterator[Path]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping as MappingType
 from typing import Any
 
@@ -32,16 +33,35 @@ UNKNOWN_WORDS = frozenset(["", "none", "null", "nan", "unknown", "na", "n/a", "?
 
 
 def automatic(what: str, recordings: list[Recording], words: MappingType[str, bool]) -> str:
-    """What ``auto`` stands for in these recordings: a field, ``folder``, or ``none``."""
+    """What ``auto`` stands for in these recordings: a field, ``folder``, ``folder:N`` or ``none``.
+
+    Fields are found in whatever case they are written.
+
+    Raises:
+        InputError: Folders of two levels could say whether a recording was accepted.
+    """
+    known: dict[str, str] = {}
+    for recording in recordings:
+        for field in recording.fields:
+            known.setdefault(field.lower(), field)
     for name in AUTO[what]:
         if any(name in r.fields for r in recordings):
             return name
+        if name in known:
+            return known[name]
     if what == "valid":
-        folders = [r.folders[-1] for r in recordings if r.folders]
-        if len(folders) == len(recordings) and all(
-            truth(f, words) is not _NEITHER for f in folders
-        ):
+        depth = min(len(r.folders) for r in recordings)
+        levels = [
+            k for k in range(depth)
+            if all(isinstance(truth(r.folders[k], words), bool) for r in recordings)
+        ]  # fmt: skip
+        if len(levels) > 1:
+            expected = "folders of one level that say what was accepted (--valid folder:N)"
+            raise recordings[0].complain(expected, "/".join(recordings[0].folders), "valid")
+        if levels and all(len(r.folders) == levels[0] + 1 for r in recordings):
             return "folder"
+        if levels:
+            return f"folder:{levels[0] + 1}"
     return "none"
 
 
@@ -86,7 +106,8 @@ def _folder(recording: Recording, source: str, what: str) -> str:
 def text_of(recording: Recording, source: str, what: str) -> str | None:
     """A word, or None. An array with one value a point must hold one value throughout."""
     value = value_of(recording, source, what)
-    if isinstance(value, np.ndarray):
+    if isinstance(value, np.ndarray) or (isinstance(value, list) and value):
+        value = np.asarray(value, dtype=object if isinstance(value, list) else None)
         kinds = {str(v) for v in value.tolist()}
         if len(kinds) > 1:
             raise recording.complain(
@@ -95,8 +116,13 @@ def text_of(recording: Recording, source: str, what: str) -> str | None:
         value = value.tolist()[0] if len(value) else None
     if value is None or (isinstance(value, float) and np.isnan(value)):
         return None
+    if isinstance(value, float) and abs(value) >= 2**53:
+        expected = "a name as text or integer (as a floating-point number it has lost digits)"
+        raise recording.complain(expected, value, what)
     if isinstance(value, float) and value.is_integer():
         value = int(value)
+    if isinstance(value, (dict, list)):
+        raise recording.complain("a word", value, what)
     text = str(value).strip()
     return text or None
 
@@ -117,10 +143,14 @@ def truth(value: Any, words: MappingType[str, bool]) -> bool | _Neither | None:
     if isinstance(value, (int, float, np.integer, np.floating)):
         if np.isnan(value):
             return None
-        return bool(value) if value in (0, 1) else words.get(f"{value:g}", _NEITHER)
+        whole = float(value).is_integer()
+        return bool(value) if value in (0, 1) else words.get(str(int(value)) if whole else
+                                                             str(value), _NEITHER)  # fmt: skip
     word = str(value).strip()
     if word in words:
         return words[word]
+    if re.fullmatch(r"\+?[01](\.0*)?", word):
+        return "1" in word
     word = word.lower().replace(" ", "_").replace("-", "_")
     if word in UNKNOWN_WORDS:
         return None
@@ -136,9 +166,10 @@ def validity_of(recording: Recording, source: str, words: MappingType[str, bool]
     raised at the moment of success).
     """
     value = value_of(recording, source, "valid")
-    if isinstance(value, np.ndarray):
-        values = [truth(v, words) for v in np.unique(value).tolist()]
-        bad = [v for v, t in zip(np.unique(value).tolist(), values, strict=True) if t is _NEITHER]
+    if isinstance(value, (np.ndarray, list)):
+        said = _flags(recording, value, source)
+        values = [truth(v, words) for v in said]
+        bad = [v for v, t in zip(said, values, strict=True) if t is _NEITHER]
         if bad:
             raise _not_truth(recording, bad[0], source)
         if not values or all(v is None for v in values):
@@ -148,6 +179,23 @@ def validity_of(recording: Recording, source: str, words: MappingType[str, bool]
     if isinstance(found, _Neither):
         raise _not_truth(recording, value, source)
     return found
+
+
+def _flags(recording: Recording, value: np.ndarray | list[Any], source: str) -> list[Any]:
+    """The different values of a flag: one a point, one a step between points, or one in all."""
+    points = len(recording.cells or recording.points)
+    flat = value.tolist() if isinstance(value, np.ndarray) else value
+    if len(flat) not in (0, 1, points - 1, points):
+        found = f"{len(flat)} values for {points} points"
+        raise recording.complain("one flag, or one a point or step", found, source)
+    out: list[Any] = []
+    for item in flat:
+        item = item[0] if isinstance(item, list) and len(item) == 1 else item
+        if isinstance(item, (dict, list)):
+            raise _not_truth(recording, item, source)
+        if item not in out:
+            out.append(item)
+    return out
 
 
 def _not_truth(recording: Recording, value: object, source: str) -> Exception:

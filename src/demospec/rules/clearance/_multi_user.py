@@ -1,47 +1,77 @@
-"""Hierarchical prior over users, and what all of them show of the lists of objects.
+"""Several people at the same tables: each answered alone first, then by what all of them show.
 
 Two things are shared. The lists of objects: how wrong they are is one question for everybody,
 so what one person's labels say of it is said to all. And, perhaps, the clearance
-(`_hierarchical_prior`). Which classes matter is everybody's own affair.
+(`_clearance_company`). Which classes matter is everybody's own affair.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from demospec.frames import FloatArray
+from demospec.rules.clearance._encounters import Passes
+from demospec.rules.clearance._fit import ClearanceFit, weigh
 from demospec.rules.clearance._hierarchical_prior import in_company
 from demospec.rules.clearance._likelihood import Particles, log_sum
-from demospec.rules.clearance._posterior import NOISES, Weighed, thinned
+from demospec.rules.clearance._measure import Distance
+from demospec.rules.clearance._posterior import NOISES, Sharing, thinned
+from demospec.rules.clearance._version_space import BoolArray
 
 _FAINT = 1e-4
 """No person's labels make a size of error less likely than this to the others: labels can be
 wrong in ways that are nobody's error of position."""
 
 
-def of_everybody(people: Mapping[str, Weighed]) -> dict[str, Particles]:
-    """Everybody's posterior, given what all demonstrations say of the lists and the others keep.
+@dataclass(frozen=True)
+class Shown:
+    """What one person showed.
 
     Args:
-        people: Each person alone; their demonstrations are about the same lists.
+        nearest: (n, K) nearest approaches.
+        valid: (n,) labels.
+        passes: Which objects the demonstrations lead past, see `fit_clearance`.
     """
-    unit = next(iter(people.values())).evidence.unit
-    said = {name: _of_errors(one.particles, unit) for name, one in people.items()}
+
+    nearest: FloatArray
+    valid: BoolArray
+    passes: Callable[[], Passes] | None = None
+
+
+def fit_people(
+    people: Mapping[str, Shown],
+    symbols: Sequence[str],
+    *,
+    sharing: Sharing = "average",
+    unit: float = 1.0,
+    distance: Distance = "footprint",
+) -> dict[str, ClearanceFit]:
+    """`fit_clearance` of several people whose demonstrations are about the same lists."""
+    seen = {
+        name: weigh(
+            shown.nearest, shown.valid, symbols,
+            sharing=sharing, floor=0.0, reach=None, unit=unit, distance=distance,
+            passes=shown.passes,
+        )
+        for name, shown in people.items()
+    }  # fmt: skip
+    said = {name: _of_errors(one.particles, unit) for name, one in seen.items()}
     prior = np.log([1.0 - sum(p for _, p in NOISES), *(p for _, p in NOISES)])
     alone = {}
-    for name, one in people.items():
+    for name, one in seen.items():
         gain = np.zeros(len(prior))
         for other, says in said.items():
             if other != name:
                 gain += says - prior
         alone[name] = thinned(_with_errors(one.particles, gain, unit))
-    together = {}
-    for name, one in people.items():
+    fits = {}
+    for name, one in seen.items():
         company = [particles for other, particles in alone.items() if other != name]
-        together[name] = in_company(alone[name], company, one.prior, unit)
-    return together
+        fits[name] = one.answer(in_company(alone[name], company, one.prior, unit))
+    return fits
 
 
 def _of_errors(particles: Particles, unit: float) -> FloatArray:

@@ -3,7 +3,7 @@
 Not in the paper, whose network learns both from the labels at once and forgets scenes it has
 not seen. Here a body that was pretrained without labels sees distances and things
 (`demospec.perception`), the listed polygons and labels say exactly which symbols matter and
-how far (`demospec.rules.fit`), and the rule is read through perception, calibrated
+how far (`demospec.rules.fit_clearance`), and the rule is read through perception, calibrated
 at the fitted clearance.
 """
 
@@ -29,7 +29,6 @@ from demospec.perception import (
     read_scene_code,
 )
 from demospec.progress import Progress, silent
-from demospec.rules import RuleSet, rules_document
 from demospec.scene import Image, Scene
 from demospec.specification.models._folder import (
     ModelFolder,
@@ -55,7 +54,7 @@ from demospec.specification.models.perceived_rule._observation import (
     sight_of,
     span_of,
 )
-from demospec.specification.models.perceived_rule._rule import rules_of_settings
+from demospec.specification.models.perceived_rule._rule import FieldRule
 from demospec.specification.models.perceived_rule._view import FieldView
 
 if TYPE_CHECKING:
@@ -82,8 +81,8 @@ class FieldModel:
     """A fitted field model; a `ValidityModel`.
 
     Args:
-        rules: What matters to each type, with beliefs (`rules_of_fit`) about symbols, or about
-            generic words where the training set listed no objects.
+        rules: Type → what matters to it.
+        classes: Symbols (or generic words where the training set listed no objects).
         head: Looks → symbols; None where no training scene listed objects with a picture.
         calibration: Of seen distances.
         scale: Map pixels per set unit, or None: the longer side of each picture becomes what
@@ -97,7 +96,8 @@ class FieldModel:
 
     def __init__(
         self,
-        rules: RuleSet,
+        rules: dict[str, FieldRule],
+        classes: tuple[str, ...],
         head: SymbolHead | None,
         calibration: Calibration,
         scale: float | None,
@@ -106,6 +106,7 @@ class FieldModel:
         provenance: dict[str, Any],
     ) -> None:
         self.rules = rules
+        self.classes = classes
         self.head = head
         self.calibration = calibration
         self.scale = scale
@@ -116,7 +117,7 @@ class FieldModel:
     @property
     def types(self) -> tuple[str, ...]:
         """The user types it knows."""
-        return tuple(self.rules.rules)
+        return tuple(self.rules)
 
     @classmethod
     def fit(
@@ -167,9 +168,13 @@ class FieldModel:
         looked = look_at_all(pictured, body, scale, progress) if pictured else []
         head = fit_head(looked, body, scale, seed) if listed else None
         start = Calibration({}, {})
-        rules = fit_rules(data, looked, head, start, listed=listed)
+        rules, classes = fit_rules(data, looked, head, start, listed=listed)
         calibration = calibrate(looked, typical_clearance(rules), seed) if listed else start
-        return cls(rules, head, calibration, scale, body, settings, provenance)
+        if not rules:
+            raise InputError(
+                "labelled demonstrations in scenes that can be judged", "none", field="valid"
+            )
+        return cls(rules, classes, head, calibration, scale, body, settings, provenance)
 
     def look(self, scene: Scene) -> Sight:
         """What the body sees in the scene's picture.
@@ -247,9 +252,8 @@ class FieldModel:
                 weights[f"body.{key}"] = value.numpy()
         settings = {
             **asdict(self.settings),
-            "rules": rules_document(self.rules)["types"],
-            "units": self.rules.units,
-            "metres_per_unit": self.rules.metres_per_unit,
+            "rules": {t: rule.to_json() for t, rule in self.rules.items()},
+            "classes": list(self.classes),
             "head_classes": None if self.head is None else list(self.head.classes),
             "calibration": asdict(self.calibration),
             "scale": self.scale,
@@ -273,16 +277,17 @@ class FieldModel:
         try:
             known = {"device": "cpu", **s}  # earlier models do not name one
             settings = FieldSettings(**{f.name: known[f.name] for f in fields(FieldSettings)})
-            learned = rules_of_settings(s["rules"], stored.types, "settings.rules")
-            rules = RuleSet(learned, s.get("units", "px"), s.get("metres_per_unit"))
+            rules = {
+                t: FieldRule.from_json(s["rules"][t], field=f"settings.rules.{t}")
+                for t in stored.types
+            }
             calibration = Calibration(**s["calibration"])
+            classes = tuple(s["classes"])
             head_classes = s["head_classes"]
             scale = None if s["scale"] is None else float(s["scale"])
             body_size = s["body"]
         except (KeyError, TypeError, ValueError) as error:
             raise InputError("settings of a field model", repr(error), file=file) from None
-        except InputError as error:
-            raise error.at(file=file) from None
         head = None
         if head_classes is not None:
             from demospec.perception.heads._symbols import SHAPE
@@ -314,7 +319,9 @@ class FieldModel:
                     f"a head on {looks_count(body.size)} features (fit the model anew)",
                     len(head.center), file=file, field="head.center",
                 )  # fmt: skip
-        return cls(rules, head, calibration, scale, body, settings, dict(stored.provenance))
+        return cls(
+            rules, classes, head, calibration, scale, body, settings, dict(stored.provenance)
+        )
 
 
 def _settings(settings: FieldSettings | None, named: dict[str, Any]) -> FieldSettings:
