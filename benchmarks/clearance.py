@@ -27,7 +27,7 @@ import numpy as np
 
 from demospec.demonstrations import DemonstrationSet, bezier_points, simulate_set
 from demospec.rules import learn_rules, nearest_approach
-from demospec.rules._learn import passes_of
+from demospec.rules._measurement import encounters_of
 from demospec.rules.clearance._likelihood import ClearancePrior
 from demospec.rules.clearance._offsets import offset_labels
 from demospec.rules.clearance._posterior import SPREAD
@@ -103,7 +103,7 @@ def told(data: DemonstrationSet, names: Sequence[str]) -> float:
         rows = np.flatnonzero(data.demonstrations.type == name)
         member = np.array([s in TRUTH[name] for s in SYMBOLS])
         valid = data.demonstrations.valid[rows] == 1
-        seen = passes_of(data, rows, "footprint", 1.0)
+        seen = encounters_of(data, rows, SYMBOLS, "footprint", 1.0)
         weight = weight + offset_labels(seen, valid, member, c, NOISE_PX, (0.002,))[0]
     share = np.exp(weight - weight.max())
     return float(share @ c / share.sum())

@@ -167,8 +167,8 @@ def one(arguments: argparse.Namespace, catalogue: str, count: int, seed: int) ->
             "train": catalogue, "test": other, "n": count, "seed": seed,
             "fine_tune": arguments.fine_tune, "body": hashed(arguments.body),
             "note": arguments.note, "fit_cpu_s": round(fit_s, 2), "scores": scores,
-            "rules": {t: {n: round(r.clearance[n], 2) for n in r.relevant}
-                      for t, r in model.rules.items()},
+            "rules": {t: {n: round(c, 2) for n, c in r.clearance.value.items()}
+                      for t, r in model.rules.rules.items()},
             "confusion": confusion, "false_per_scene": false / len(scenes),
             "bias_px": {k: [round(float(np.median(v)), 3), round(float(np.std(v)), 3)]
                         for k, v in bias.items()},

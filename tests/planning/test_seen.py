@@ -27,25 +27,14 @@ class Part:
     center: tuple[float, float]
 
 
-@dataclass(frozen=True)
-class Rule:
-    clearance: dict[str, float]
-    spread: dict[str, float]
-    relevant: tuple[str, ...]
-    uninformed: tuple[str, ...] = ()
-
-    def of_classes(self, classes: dict[str, float]) -> tuple[float, float, float]:
-        relevance = sum(p for name, p in classes.items() if name in self.relevant)
-        return relevance, self.clearance["glass"], self.spread["glass"]
-
-
 class Model:
     """Sees one thing, through an exact distance map on a 100 × 100 grid."""
 
     types = ("careful",)
 
     def __init__(self, classes: dict[str, float]) -> None:
-        self.rules = {"careful": Rule({"glass": 4.0}, {"glass": 0.3}, ("glass",))}
+        rule = ClearanceRule({"glass": 4.0}, {"glass": (3.4, 4.6)})
+        self.rules = RuleSet({"careful": TypeRules(rule)})
         self.classes = classes
 
     def see(self, scene: Scene) -> object:
@@ -56,6 +45,9 @@ class Model:
         class View:
             parts: tuple[Part, ...] = (part,)
             size: tuple[float, float] = (100.0, 100.0)
+
+            def relevance(self, type: str) -> list[tuple[Part, float, float, float]]:
+                return [(part, part.classes["glass"], 4.0, 0.3)]
 
         return View()
 

@@ -10,9 +10,16 @@ import numpy as np
 import pytest
 from clearance_worlds import SYMBOLS, accepts, curves, demonstration_set, scene
 
-from demospec.rules import fit_clearance, learn_rules, nearest_approach
-from demospec.rules.clearance._encounters import Passes, passes
-from demospec.rules.clearance._multi_user import Shown, fit_people
+from demospec.rules import (
+    ClearanceFit,
+    Encounters,
+    Evidence,
+    encounters,
+    fit,
+    fit_clearance,
+    learn_rules,
+    nearest_approach,
+)
 from demospec.rules.clearance._offsets import offset_labels
 from demospec.scene import Capsule, Disc, Scene, SceneObject
 
@@ -40,7 +47,7 @@ def test_least_gap_to_a_class_is_the_nearest_approach() -> None:
     rng = np.random.default_rng(1)
     for _ in range(5):
         place, paths = scene(rng), curves(rng, 8)
-        found = passes(place, paths, SYMBOLS)
+        found = encounters(place, paths, SYMBOLS)
         least = np.full((8, 4), np.inf)
         np.minimum.at(least, (found.demo, found.column), found.gap)
         np.testing.assert_array_equal(least, nearest_approach(place, paths, SYMBOLS))
@@ -52,20 +59,20 @@ def test_away_and_slope_tell_the_gap_to_a_moved_object() -> None:
     off = []
     for _ in range(8):
         place, paths = scene(rng), curves(rng, 8)
-        found = passes(place, paths, SYMBOLS)
+        found = encounters(place, paths, SYMBOLS)
         by = rng.normal(0, 2, (len(place.listed_objects()), 2))
         items = place.listed_objects()
         there = replace(place, objects=tuple(o.moved(d) for o, d in zip(items, by, strict=True)))
         farther = -(found.away * by[found.thing]).sum(axis=1)
         up, down = found.slope.T
         guess = found.gap + farther * np.where(farther > 0, up, down)
-        off.append(np.abs(guess - passes(there, paths, SYMBOLS).gap))
+        off.append(np.abs(guess - encounters(there, paths, SYMBOLS).gap))
     assert np.quantile(np.concatenate(off), 0.95) < 0.5
 
 
 def test_a_path_across_something_thin_stays_across_it() -> None:
     fork = at(Capsule((50.0, 30.0), (50.0, 70.0), 0.5), (50.0, 50.0))
-    found = passes(fork, [straight(50.0)], ["glass"])
+    found = encounters(fork, [straight(50.0)], ["glass"])
     assert found.gap[0] == pytest.approx(-0.5, abs=0.13)
     labels = np.array([False])
     near, far = offset_labels(found, labels, GLASS, np.array([0.3, 3.0]), 2.0, (1e-6,))[0]
@@ -75,7 +82,7 @@ def test_a_path_across_something_thin_stays_across_it() -> None:
 
 def test_one_accepted_path_is_a_normal_distribution_function() -> None:
     c = np.array([1.0, 2.0, 3.0, 4.0, 5.0])
-    found = passes(DISC, [straight(57.0)], ["glass"])
+    found = encounters(DISC, [straight(57.0)], ["glass"])
     log_p = offset_labels(found, np.array([True]), GLASS, c, 2.0, (1e-9,))[0]
     expected = [normal_below((3.0 - x) / 2.0) for x in c]
     np.testing.assert_allclose(np.exp(log_p), expected, atol=0.02)
@@ -93,7 +100,7 @@ def test_the_fewer_cells_a_clearance_can_lie_in_the_more_errors_are_drawn(
     monkeypatch.setattr("demospec.rules.clearance._position_errors.offset_labels", spied)
     for each in (1, 10):
         one = shown(11, RULE, each, 2.0)
-        fit_clearance(one.nearest, one.valid, SYMBOLS, passes=one.passes)
+        answered(one)
     assert {cells for cells, draws in asked if draws == 128} > {20}
     close = [cells * draws for cells, draws in asked if draws > 128]
     assert close
@@ -104,8 +111,8 @@ def test_two_paths_past_one_object_share_its_error() -> None:
     """On one side both are right or wrong together; on two sides one is nearer as the other is
     farther."""
     c, labels = np.array([2.0]), np.array([True, True])
-    same = passes(DISC, [straight(57.0)] * 2, ["glass"])
-    both = passes(DISC, [straight(57.0), straight(43.0)], ["glass"])
+    same = encounters(DISC, [straight(57.0)] * 2, ["glass"])
+    both = encounters(DISC, [straight(57.0), straight(43.0)], ["glass"])
     together = np.exp(offset_labels(same, labels, GLASS, c, 2.0, (1e-9,))[0][0])
     around = np.exp(offset_labels(both, labels, GLASS, c, 2.0, (1e-9,))[0][0])
     one = normal_below((3.0 - 2.0) / 2.0)
@@ -114,14 +121,14 @@ def test_two_paths_past_one_object_share_its_error() -> None:
 
 
 def test_paths_past_different_objects_do_not() -> None:
-    apart = passes(DISC, [straight(57.0)], ["glass"])
-    found = Passes.joined([(np.array([1]), apart), (np.array([0]), apart)])
+    apart = encounters(DISC, [straight(57.0)], ["glass"])
+    found = Encounters.joined([(np.array([1]), apart), (np.array([0]), apart)])
     both = offset_labels(found, np.array([True, True]), GLASS, np.array([2.0]), 2.0, (1e-9,))
     assert np.exp(both[0][0]) == pytest.approx(normal_below(0.5) ** 2, abs=0.02)
 
 
 def test_wrong_labels_are_as_likely_as_their_rate() -> None:
-    found = passes(DISC, [straight(90.0)] * 3, ["glass"])  # far away: rejections are wrong
+    found = encounters(DISC, [straight(90.0)] * 3, ["glass"])  # far away: rejections are wrong
     labels = np.array([False, False, True])
     few, many = offset_labels(found, labels, GLASS, np.array([3.0]), 1.0, (0.01, 0.1))
     assert few[0] == pytest.approx(np.log(0.01**2 * 0.99))
@@ -132,13 +139,13 @@ def test_passes_of_some_demonstrations_are_those_of_their_paths() -> None:
     rng = np.random.default_rng(3)
     place, paths = scene(rng), curves(rng, 6)
     keep = np.array([True, False, True, True, False, True])
-    part = passes(place, paths, SYMBOLS).of_demonstrations(keep)
-    alone = passes(place, paths[keep], SYMBOLS)
+    part = encounters(place, paths, SYMBOLS).of_demonstrations(keep)
+    alone = encounters(place, paths[keep], SYMBOLS)
     for name in ("demo", "thing", "column", "gap", "away", "slope", "table"):
         np.testing.assert_array_equal(getattr(part, name), getattr(alone, name))
 
 
-def shown(seed: int, rule: dict[str, float], each: int, sd: float) -> Shown:
+def shown(seed: int, rule: dict[str, float], each: int, sd: float) -> Evidence:
     """Twelve scenes whose lists are off by `sd` in each direction; labels are by the truth."""
     rng = np.random.default_rng(seed)
     near, valid, parts = [], [], []
@@ -148,9 +155,37 @@ def shown(seed: int, rule: dict[str, float], each: int, sd: float) -> Shown:
         items = place.listed_objects()
         listed = replace(place, objects=tuple(o.moved(rng.normal(0, sd, 2)) for o in items))
         near.append(nearest_approach(listed, paths, SYMBOLS))
-        parts.append((np.arange(s * each, (s + 1) * each), passes(listed, paths, SYMBOLS)))
-    joined = Passes.joined(parts)
-    return Shown(np.concatenate(near), np.concatenate(valid), lambda: joined)
+        parts.append((np.arange(s * each, (s + 1) * each), encounters(listed, paths, SYMBOLS)))
+    joined = Encounters.joined(parts)
+    return Evidence.of(
+        np.concatenate(near),
+        np.concatenate(valid),
+        SYMBOLS,
+        extent=100.0,
+        encounters=lambda: joined,
+    )
+
+
+def answered(one: Evidence) -> ClearanceFit:
+    """One person alone."""
+    return fit(one).people["anyone"]
+
+
+def independently(one: Evidence) -> ClearanceFit:
+    """Likewise, every demonstration's distances with errors of their own."""
+    return fit(replace(one, encounters=None)).people["anyone"]
+
+
+def of_two(many: Evidence, few: Evidence) -> Evidence:
+    """Two people's demonstrations as one evidence."""
+    n = len(many)
+    parts = (np.arange(n), many.encounters()), (n + np.arange(len(few)), few.encounters())  # type: ignore[misc]
+    joined = Encounters.joined(parts)
+    both = Evidence.of(
+        np.concatenate([many.values, few.values]), np.concatenate([many.valid, few.valid]),
+        SYMBOLS, extent=100.0, encounters=lambda: joined,
+    )  # fmt: skip
+    return replace(both, person=np.array(["many"] * n + ["few"] * len(few), dtype=object))
 
 
 RULE = {"glass": 3.0}
@@ -161,12 +196,12 @@ def test_knowing_what_was_passed_brings_the_clearance_nearer() -> None:
     plain, better, covered = [], [], []
     for seed in range(16):
         one = shown(seed, RULE, 10, 2.0)
-        before = fit_clearance(one.nearest, one.valid, SYMBOLS)
-        fit = fit_clearance(one.nearest, one.valid, SYMBOLS, passes=one.passes)
-        assert fit.position_noise > 0.5
+        before = independently(one)
+        found = answered(one)
+        assert found.position_noise > 0.5
         plain.append(abs(before.rule.value["glass"] - 3.0))
-        better.append(abs(fit.rule.value["glass"] - 3.0))
-        low, high = fit.rule.interval["glass"]
+        better.append(abs(found.rule.value["glass"] - 3.0))
+        low, high = found.rule.interval["glass"]
         covered.append(low <= 3.0 <= high)
     assert np.mean(better) < np.mean(plain)
     assert np.mean(covered) > 0.75
@@ -179,7 +214,7 @@ def test_intervals_of_few_demonstrations_hold_the_truth(sd: float, least: float)
     covered = []
     for seed in range(60):
         one = shown(300 + seed, RULE, 2, sd)
-        rule = fit_clearance(one.nearest, one.valid, SYMBOLS, passes=one.passes).rule
+        rule = answered(one).rule
         if "glass" in rule.interval:
             low, high = rule.interval["glass"]
             covered.append(low <= 3.0 <= high)
@@ -190,10 +225,9 @@ def test_intervals_of_few_demonstrations_hold_the_truth(sd: float, least: float)
 def test_exact_lists_are_answered_as_without_looking_at_the_objects() -> None:
     one = shown(5, RULE, 10, 0.0)
     asked = []
-    fit = fit_clearance(one.nearest, one.valid, SYMBOLS, passes=lambda: asked.append(1))  # type: ignore[arg-type,return-value]
-    plain = fit_clearance(one.nearest, one.valid, SYMBOLS)
+    found = answered(replace(one, encounters=lambda: asked.append(1)))  # type: ignore[arg-type,return-value]
     assert not asked
-    assert fit.rule == plain.rule
+    assert found.rule == independently(one).rule
 
 
 @pytest.mark.parametrize("sd", [0.0, 2.0])
@@ -201,15 +235,15 @@ def test_what_one_person_shows_of_the_lists_holds_for_all(sd: float) -> None:
     many = shown(7, RULE, 12, sd)
     for seed in range(20, 24):
         few = shown(seed, RULE, 1, 2.0)
-        alone = fit_people({"few": few}, SYMBOLS)["few"]
-        together = fit_people({"many": many, "few": few}, SYMBOLS)["few"]
+        alone = answered(few)
+        together = fit(of_two(many, few)).people["few"]
         assert abs(together.position_noise - sd) < 0.3 < abs(alone.position_noise - sd)
 
 
 def test_one_person_alone_is_fit_clearance() -> None:
     one = shown(9, RULE, 3, 2.0)
-    alone = fit_people({"a": one}, SYMBOLS)["a"]
-    plain = fit_clearance(one.nearest, one.valid, SYMBOLS, passes=one.passes)
+    alone = answered(one)
+    plain = fit_clearance(one.values, one.valid, SYMBOLS, passes=one.encounters)
     assert alone.rule == plain.rule
     assert alone.probability == pytest.approx(plain.probability, abs=0.03)
 

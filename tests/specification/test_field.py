@@ -12,6 +12,7 @@ from demospec.demonstrations import DemonstrationSet, bezier_points, simulate_se
 from demospec.errors import CannotJudgeError, InputError
 from demospec.scene import Picture
 from demospec.specification import ControlPlane, evaluate, fit_model, load_model
+from demospec.specification.models.perceived_rule._rule import is_nested_in
 
 pytest.importorskip("torch", reason="torch comes with demospec[vision]")
 
@@ -200,7 +201,7 @@ def test_any_type_names(data):
     renamed = replace(train, demonstrations=rows, types=tuple(names.values()))
     model = fit_model(renamed, "field", seed=0)
     assert set(model.types) == set(names.values())
-    assert model.rules["type 2"].relevant == ("glass",)
+    assert model.rules.of_type("type 2").clearance.relevant == ("glass",)
 
 
 def test_an_unknown_setting_is_refused(data):
@@ -238,9 +239,9 @@ def test_tuning_leaves_the_shipped_body_alone_and_brings_it_nearer_to_the_outlin
 
 def test_nested_types_are_nested_in_every_scene_that_is_only_seen(model, data):
     # Between classes that nobody is sure of, mean clearances could say otherwise.
-    careful, normal = (model.rules[t] for t in ("careful", "normal"))
-    assert normal.is_nested_in(careful)
-    assert not careful.is_nested_in(normal)
+    careful, normal = (model.rules.of_type(t) for t in ("careful", "normal"))
+    assert is_nested_in(normal, careful)
+    assert not is_nested_in(careful, normal)
     rng = np.random.default_rng(1)
     for scene in data.of_split("test").scenes:
         plane = ControlPlane(model.see(scene, use_lists=False))

@@ -7,7 +7,7 @@ lists its objects allows an exact verdict.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -16,18 +16,18 @@ from numpy.typing import ArrayLike
 from demospec.errors import InputError
 from demospec.frames import FloatArray
 from demospec.planning._results import Envelope, Zone
-from demospec.rules import ClearanceRule, RuleSet, TypeRules
+from demospec.rules import RuleSet
 from demospec.scene import Scene
 
 _SIGMAS = 2.0
-"""Ends of the envelope of a learned clearance: so many standard deviations from its mean."""
+"""Ends of the envelope around a seen object: so many standard deviations from its clearance."""
 
 
 @runtime_checkable
 class SeeingModel(Protocol):
-    """What planning asks of a model that sees: a rule per type, and the parts of a view."""
+    """What planning asks of a model that sees: its rule set, and the parts of a view."""
 
-    rules: Any
+    rules: RuleSet
 
     @property
     def types(self) -> tuple[str, ...]: ...
@@ -79,15 +79,9 @@ class SeenOutline:
 
 def rules_of_model(model: SeeingModel, metres_per_unit: float | None = None) -> RuleSet:
     """The model's rules as a rule set, for scenes that list their objects."""
-    types = {}
-    for name, rule in model.rules.items():
-        value = {s: float(rule.clearance[s]) for s in rule.relevant}
-        interval = {
-            s: (max(0.0, c - _SIGMAS * rule.spread[s]), c + _SIGMAS * rule.spread[s])
-            for s, c in value.items()
-        }
-        types[name] = TypeRules(ClearanceRule(value, interval, tuple(rule.uninformed)))
-    return RuleSet(types, metres_per_unit=metres_per_unit)
+    rules: RuleSet = model.rules
+    scale = rules.metres_per_unit if metres_per_unit is None else metres_per_unit
+    return replace(rules, metres_per_unit=scale)
 
 
 def seen_zones(
@@ -108,13 +102,11 @@ def seen_zones(
         CannotJudgeError: The scene has no picture.
     """
     view = model.see(scene)
-    parts = getattr(view, "parts", None)
-    if parts is None:
+    if getattr(view, "parts", None) is None:
         raise InputError("a model that sees objects (field)", "another", field="model")
     zones = []
-    for part in parts:
+    for part, relevance, clearance, spread in view.relevance(type):
         classes: Mapping[str, float] = part.classes
-        relevance, clearance, spread = model.rules[type].of_classes(classes)
         symbol = max(classes, key=lambda name: classes[name])
         if relevance <= 0.5 or (symbols is not None and symbol not in symbols):
             continue

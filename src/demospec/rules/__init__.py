@@ -13,13 +13,21 @@ from demospec.rules.clearance._measure import nearest_approach
 
 if TYPE_CHECKING:
     from demospec.rules._answer_problem import ProblemAnswer, answer_problem
-    from demospec.rules._documents import read_rules, rules_document, rules_from_document
+    from demospec.rules._documents import (
+        clearance_document,
+        read_rules,
+        rules_document,
+        rules_from_document,
+    )
+    from demospec.rules._evidence import Column, Evidence
+    from demospec.rules._fit import FitMemory, Mode, Posterior, fit, fit_clearance
     from demospec.rules._learn import learn_rules
     from demospec.rules._learning_curve import enough_problem, enough_set, enough_words
+    from demospec.rules._measurement import Observer, evidence_of
     from demospec.rules.active._of_set import query_set
     from demospec.rules.active._query import Query, next_query, query_file
-    from demospec.rules.clearance._encounters import Passes, passes
-    from demospec.rules.clearance._fit import ClearanceFit, fit_clearance
+    from demospec.rules.clearance._encounters import Encounters, Passes, encounters, passes
+    from demospec.rules.clearance._fit import ClearanceFit, fit_document
     from demospec.rules.constraints._point_features import PointFeature, register_feature
     from demospec.rules.influence._answer import InfluenceAnswer, describe_influence
     from demospec.rules.influence._conflict import minimal_conflict
@@ -80,11 +88,23 @@ __all__ = [
     "RuleScene",
     "RuleProblem",
     "ClearanceFit",
+    "fit_document",
+    "clearance_document",
     "ClearanceRule",
     "RuleSet",
     "RuleView",
     "TypeRules",
     "fit_clearance",
+    "fit",
+    "FitMemory",
+    "Mode",
+    "Posterior",
+    "Column",
+    "Evidence",
+    "evidence_of",
+    "Observer",
+    "Encounters",
+    "encounters",
     "Passes",
     "passes",
     "learn_rules",
@@ -131,7 +151,19 @@ _HOME = {
     "Passes": "clearance._encounters",
     "passes": "clearance._encounters",
     "ClearanceFit": "clearance._fit",
-    "fit_clearance": "clearance._fit",
+    "fit_document": "clearance._fit",
+    "clearance_document": "_documents",
+    "fit_clearance": "_fit",
+    "fit": "_fit",
+    "FitMemory": "_fit",
+    "Mode": "_fit",
+    "Posterior": "_fit",
+    "Column": "_evidence",
+    "Evidence": "_evidence",
+    "evidence_of": "_measurement",
+    "Observer": "_measurement",
+    "Encounters": "clearance._encounters",
+    "encounters": "clearance._encounters",
     "learn_rules": "_learn",
     "read_rules": "_documents",
     "rules_document": "_documents",

@@ -28,21 +28,22 @@ def rules_document(rules: RuleSet) -> dict[str, Any]:
 
 
 def _type_document(rule: TypeRules) -> dict[str, Any]:
-    clearance = None
-    if rule.clearance is not None:
-        c = rule.clearance
-        clearance = {
-            "relevant": list(c.relevant),
-            "uninformed": list(c.uninformed),
-            "interval": {s: [_bound(a), _bound(b)] for s, (a, b) in c.interval.items()},
-            "value": {s: float(v) for s, v in c.value.items()},
-            "distance": c.distance,
-        }
     return {
-        "clearance": clearance,
+        "clearance": None if rule.clearance is None else clearance_document(rule.clearance),
         "influence": rule.influence,
         "sentence": rule.sentence,
         "evidence": dict(rule.evidence),
+    }
+
+
+def clearance_document(rule: ClearanceRule) -> dict[str, Any]:
+    """A clearance rule as it stands in every answer. A bound that does not exist is null."""
+    return {
+        "relevant": list(rule.relevant),
+        "uninformed": list(rule.uninformed),
+        "interval": {s: [_bound(a), _bound(b)] for s, (a, b) in rule.interval.items()},
+        "value": {s: float(v) for s, v in rule.value.items()},
+        "distance": rule.distance,
     }
 
 

@@ -12,6 +12,8 @@ from demospec.errors import InputError
 from demospec.progress import Progress, silent
 
 if TYPE_CHECKING:
+    from demospec.rules._fit import Posterior
+    from demospec.rules._rule_set import ClearanceRule
     from demospec.rules.influence._problem import RuleProblem
 
 
@@ -72,48 +74,51 @@ def enough_set(
     Returns:
         By type: `counts`, `same_classes` (share of parts), and `width`, the median over parts
         and relevant classes of the interval's length in units of the set (null where no part
-        bounds a class from both sides).
+        bounds a class from both sides). The last count is the answer of `learn_rules`; parts
+        are answered in the cheaper `mode` that the document names (`demospec.rules.Mode`).
 
     Raises:
         InputError, CannotJudgeError: As `learn_rules`.
     """
-    from demospec.rules._learn import approaches, hundredth
-    from demospec.rules.clearance._fit import fit_clearance
+    from demospec.rules._fit import fit
+    from demospec.rules._measurement import evidence_of
 
-    seen = approaches(data, split=split, distance=distance, progress=silent)
-    unit = hundredth(data)
-    names = sorted({str(t) for t in seen.type})
+    seen = evidence_of(data, split=split, distance=distance)
+    known = fit(seen, sharing=sharing).people
+    names = sorted(known)
     rng = np.random.default_rng(seed)
     out: dict[str, Any] = {}
     done, total = 0, len(names) * resamples
     for name in names:
-        mine = np.flatnonzero(seen.type == name)
-        counts = np.unique(np.geomspace(min(4, len(mine)), len(mine), points).round().astype(int))
-
-        def fit(rows: Any) -> Any:
-            return fit_clearance(
-                seen.nearest[rows], seen.valid[rows], data.symbols,
-                sharing=sharing, unit=unit, distance=distance,
-            ).rule  # fmt: skip
-
-        whole = set(fit(mine).relevant)
+        mine = seen.of_person(name)
+        n = len(mine)
+        counts = np.unique(np.geomspace(min(4, n), n, points).round().astype(int))
+        whole = known[name].rule
         same = np.zeros((resamples, len(counts)))
         widths: list[list[float]] = [[] for _ in counts]
         for s in range(resamples):
-            order = rng.permutation(mine)
+            order = rng.permutation(n)
             for j, count in enumerate(counts):
-                rule = fit(np.sort(order[:count]))
-                same[s, j] = set(rule.relevant) == whole
+                part = mine.view(np.sort(order[:count]))
+                rule = whole if count == n else _alone(fit(part, sharing=sharing, mode="quick"))
+                same[s, j] = set(rule.relevant) == set(whole.relevant)
                 ends = [rule.interval[k] for k in rule.relevant if k in rule.interval]
                 widths[j] += [high - low for low, high in ends if np.isfinite(high)]
             done += 1
             progress("how many are enough", done, total)
         out[name] = {
+            "mode": "quick",
             "counts": counts.tolist(),
             "same_classes": same.mean(axis=0).round(4).tolist(),
             "width": [round(float(np.median(w)), 4) if w else None for w in widths],
         }
     return out
+
+
+def _alone(found: Posterior) -> ClearanceRule:
+    """The rule of the only person there is."""
+    (one,) = found.people.values()
+    return one.rule
 
 
 def enough_words(width: Mapping[str, Any]) -> str:

@@ -18,6 +18,7 @@ from demospec.rules.clearance._problem import ClearanceProblem, solve_clearance
 from demospec.scene import Scene
 
 if TYPE_CHECKING:
+    from demospec.rules._fit import Mode
     from demospec.rules.active._query import Query
 
 SETTLED_BITS = 0.05
@@ -30,7 +31,7 @@ _POINTS = 60
 def next_clearance_query(problem: ClearanceProblem, *, pool: int, seed: int) -> Query:
     """See `next_query`. Needs at least one trajectory: its ends are those of the probes."""
     fit = solve_clearance(problem)
-    unit = problem.unit
+    unit = problem.extent / 100
     shown: dict[int, tuple[FloatArray, FloatArray]] = {}
     for path, s in zip(problem.paths, problem.scene_of, strict=True):
         shown.setdefault(s, (path[0], path[-1]))
@@ -48,6 +49,7 @@ def best_clearance_path(
     pool: int = 300,
     seed: int = 0,
     type: str | None = None,
+    mode: Mode = "full",
     measure: Callable[..., FloatArray] = nearest_approach,
 ) -> Query:
     """The order-2 Bézier path, over some scenes, whose label would tell most.
@@ -56,6 +58,7 @@ def best_clearance_path(
         fit: The posterior.
         scenes: Name, scene and (start, goal) of each.
         unit: A hundredth of the table, set units.
+        mode: How the posterior was found; stated in the answer.
         measure: Called as `nearest_approach` is.
 
     A path that leaves its scene's picture, where nobody could see it, is asked only if no path
@@ -73,7 +76,7 @@ def best_clearance_path(
     for round_ in range(2):
         for name, scene, (start, goal) in chosen if round_ == 0 else chosen[:1]:
             if round_ == 0:
-                control = _controls(rng, scene, start, goal, each)
+                control = _controls(rng, scene, start, goal, each, unit)
             else:
                 assert best is not None
                 name, scene, (start, goal) = next(i for i in chosen if i[0] == best[1])
@@ -91,7 +94,10 @@ def best_clearance_path(
     now = distinguishable(fit.particles, unit)
     if gain < SETTLED_BITS:
         word = "no path of the pool tells the remaining clearances apart"
-        return Query("settled", bits=gain, total=now, exact=False, note=word, type=type)
+        return Query(
+            "settled", bits=gain, total=now, exact=False, note=word, type=type,
+            rule=fit.rule, mode=mode,
+        )  # fmt: skip
     scene = next(s for n, s, _ in chosen if n == best[1])
     # A tenth of a hundredth of the table reads well, unless what is left lies closer together.
     for points in (np.round(best[2], 1 - int(np.floor(np.log10(unit)))) + 0.0, best[2]):
@@ -102,8 +108,9 @@ def best_clearance_path(
     accept = _accepts(fit.particles, near)[:, 0]
     left = [_left(fit.particles, share, unit) for share in (accept, 1.0 - accept)]
     return Query(
-        "ask", best[1], points, left[0], left[1], float(bits[0]), float(p[0]), now, False, "", type
-    )
+        "ask", best[1], points, left[0], left[1], float(bits[0]), float(p[0]), now, False, "", type,
+        rule=fit.rule, mode=mode,
+    )  # fmt: skip
 
 
 def _left(particles: Particles, share: FloatArray, unit: float) -> float:
@@ -117,7 +124,12 @@ def _left(particles: Particles, share: FloatArray, unit: float) -> float:
 
 
 def _controls(
-    rng: np.random.Generator, scene: Scene, start: FloatArray, goal: FloatArray, count: int
+    rng: np.random.Generator,
+    scene: Scene,
+    start: FloatArray,
+    goal: FloatArray,
+    count: int,
+    unit: float,
 ) -> FloatArray:
     """Control points of curves that pass by the objects of a scene on any side.
 
@@ -129,7 +141,7 @@ def _controls(
     for i in range(count):
         shape = items[rng.integers(len(items))].outline
         x0, y0, x1, y1 = shape.bounds
-        size = max(x1 - x0, y1 - y0, 1.0)
+        size = max(x1 - x0, y1 - y0, unit)
         place = np.array([(x0 + x1) / 2, (y0 + y1) / 2]) + size * rng.normal(0, 0.6, 2)
         out[i] = (place - ends) * 2
     return out

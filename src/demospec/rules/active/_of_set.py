@@ -6,11 +6,12 @@ import numpy as np
 
 from demospec.demonstrations import DemonstrationSet
 from demospec.errors import InputError
-from demospec.rules._learn import Measure, approaches, hundredth
+from demospec.rules._fit import FitMemory, fit
+from demospec.rules._measurement import Measure, Passing, evidence_of
 from demospec.rules._rule_set import ANYONE
 from demospec.rules.active._clearance import best_clearance_path
 from demospec.rules.active._query import Query
-from demospec.rules.clearance._fit import fit_clearance
+from demospec.rules.clearance._encounters import passes
 from demospec.rules.clearance._measure import nearest_approach
 
 
@@ -20,20 +21,24 @@ def query_set(
     type: str | None = None,
     pool: int = 300,
     seed: int = 0,
+    split: str | None = "train",
     measure: Measure = nearest_approach,
+    passing: Passing = passes,
+    memory: FitMemory | None = None,
 ) -> Query:
     """The scene and path whose label would tell most about the clearances of one user type.
 
     Args:
         data: As for `learn_rules`.
         type: User type; by default the one whose best question tells most.
-        measure: In place of `nearest_approach`, for who remembers what it gave before.
+        split, measure, passing: See `evidence_of`.
+        memory: See `fit`.
 
     Raises:
         InputError: Not a type with labelled demonstrations.
     """
-    seen = approaches(data, measure=measure)
-    present = [t for t in (*data.types, ANYONE) if (seen.type == t).any()]
+    seen = evidence_of(data, split=split, measure=measure, passing=passing)
+    present = [t for t in (*data.types, ANYONE) if t in seen.persons]
     if type is not None and type not in present:
         raise InputError(f"one of the types {', '.join(present)}", type, field="--type")
     scenes = [
@@ -41,14 +46,12 @@ def query_set(
         for s in data.scenes
         if s.objects is not None
     ]
-    unit = hundredth(data)
-    found: list[Query] = []
-    for name in present if type is None else [type]:
-        mine = seen.type == name
-        fit = fit_clearance(seen.nearest[mine], seen.valid[mine], data.symbols, unit=unit)
-        found.append(
-            best_clearance_path(
-                fit, scenes, "footprint", unit, pool=pool, seed=seed, type=name, measure=measure
-            )
+    posterior = fit(seen, memory=memory)
+    found = [
+        best_clearance_path(
+            posterior.people[name], scenes, "footprint", seen.unit,
+            pool=pool, seed=seed, type=name, mode=posterior.mode, measure=measure,
         )
+        for name in (present if type is None else [type])
+    ]  # fmt: skip
     return max(found, key=lambda q: (q.status == "ask", q.bits))

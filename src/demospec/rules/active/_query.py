@@ -11,7 +11,9 @@ import numpy as np
 
 from demospec.errors import InputError
 from demospec.frames import FloatArray
+from demospec.rules._documents import clearance_document
 from demospec.rules._problem_fields import unread_note
+from demospec.rules._rule_set import ClearanceRule
 from demospec.rules.active._candidates import (
     BoolArray,
     WeighedSets,
@@ -54,6 +56,8 @@ class Query:
         note: In words.
         type: User type that the question is for, for a demonstration set.
         warning: What of the problem file was not read; not part of the document.
+        rule: What the labels so far say of clearances, for that family.
+        mode: How that was found, see `demospec.rules.Mode`.
     """
 
     status: str
@@ -68,6 +72,8 @@ class Query:
     note: str = ""
     type: str | None = None
     warning: str | None = None
+    rule: ClearanceRule | None = None
+    mode: str | None = None
 
     def to_json(self) -> dict[str, Any]:
         """The JSON document of ``demospec query``."""
@@ -85,6 +91,9 @@ class Query:
         }
         if self.type is not None:
             document["type"] = self.type
+        if self.rule is not None:
+            document["mode"] = self.mode
+            document["clearance"] = clearance_document(self.rule)
         return document
 
 

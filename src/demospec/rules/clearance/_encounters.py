@@ -188,3 +188,7 @@ def _uphill(shape: Footprint, points: FloatArray) -> FloatArray:
     slope = np.stack([d[:, 0] - d[:, 1], d[:, 2] - d[:, 3]], axis=1) / (2 * _STEP)
     size = np.linalg.norm(slope, axis=1, keepdims=True)
     return np.asarray(np.where(size > 0.5, slope / np.maximum(size, 1e-12), 0.0))
+
+
+Encounters, encounters = Passes, passes
+"""Local minima of the distance, by their name in the field."""

@@ -7,38 +7,25 @@ penalties: this is the rule that people state and planners take.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
-from math import log
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from demospec.errors import InputError
 from demospec.frames import FloatArray
+from demospec.rules._evidence import Evidence
 from demospec.rules._rule_set import ClearanceRule
-from demospec.rules.clearance._encounters import Passes
 from demospec.rules.clearance._estimate import point_answer
-from demospec.rules.clearance._hierarchical_prior import in_company
 from demospec.rules.clearance._interval import is_shared
 from demospec.rules.clearance._likelihood import (
     SLOPE,
-    ClearancePrior,
     Particles,
-    log_label_evidence,
     margins,
 )
-from demospec.rules.clearance._measure import Distance
-from demospec.rules.clearance._model_selection import likely_subsets
-from demospec.rules.clearance._posterior import (
-    INCLUSION,
-    SPREAD,
-    SPREAD_FROM_CENTER,
-    Sharing,
-    posterior,
-    thinned,
-)
-from demospec.rules.clearance._version_space import BoolArray, ClearanceSpace
+from demospec.rules.clearance._posterior import Weighed
+from demospec.rules.clearance._version_space import ClearanceSpace
 
 
 @dataclass(frozen=True)
@@ -99,136 +86,16 @@ class ClearanceFit:
         return np.clip(out, 0.0, 1.0)
 
 
-def fit_clearance(
-    nearest: ArrayLike,
-    valid: ArrayLike,
-    symbols: Sequence[str],
-    *,
-    sharing: Sharing = "average",
-    floor: float = 0.0,
-    reach: float | None = None,
-    unit: float = 1.0,
-    distance: Distance = "footprint",
-    others: Sequence[ClearanceFit] = (),
-    passes: Callable[[], Passes] | None = None,
-    trusted: bool = False,
-) -> ClearanceFit:
-    """Which classes matter and how far, from nearest approaches and labels.
+def fit_of(alone: Weighed, particles: Particles, trusted: bool = False) -> ClearanceFit:
+    """The fit that a posterior over one person's rules amounts to.
 
     Args:
-        nearest: (n, K) smallest distance of each demonstration to each class; +inf where
-            absent. See `nearest_approach`.
-        valid: (n,) accepted or rejected.
-        symbols: K names.
-        sharing: One clearance for all classes that matter (`shared`), one each (`separate`),
-            or both weighed by their evidence (`average`).
-        floor: Smallest clearance of a class that matters; 0 means not to overlap.
-        reach: Largest clearance thought possible; by default just beyond the largest distance.
-        unit: Size of a hundredth of the table in set units: the scale of distance errors.
-        distance: What the distances were measured to; goes into the rule.
-        others: Fits of other people at the same tables, who may keep about the same clearance
-            (`in_company`); they move the posterior and the point answer within the ends that
-            this person's own demonstrations set.
-        passes: Which objects the demonstrations lead past, asked for where distances probably
-            carry error: an object's error is shared by all of them. Without it, errors are
-            taken for independent.
-        trusted: Whether objects are known to stand where they are said to. Then rules that
-            agree with every label are named also where errors of distance would explain the
-            labels more simply.
-
-    Raises:
-        InputError: Shapes that do not fit, NaN, no demonstration, a symbol twice.
+        alone: The person's demonstrations, weighed.
+        particles: The posterior, after what others say.
+        trusted: See `demospec.rules._fit.fit`.
     """
-    seen = weigh(
-        nearest, valid, symbols,
-        sharing=sharing, floor=floor, reach=reach, unit=unit, distance=distance, passes=passes,
-    )  # fmt: skip
-    particles = thinned(seen.particles)
-    if others:
-        particles = in_company(particles, [o.particles for o in others], seen.prior, unit)
-    return seen.answer(particles, trusted)
-
-
-@dataclass(frozen=True)
-class Weighed:
-    """One person's demonstrations, and how likely they make every clearance model.
-
-    Args:
-        particles: The posterior, not thinned.
-    """
-
-    nearest: FloatArray
-    valid: BoolArray
-    names: tuple[str, ...]
-    prior: ClearancePrior
-    distance: Distance
-    exact: bool
-    particles: Particles
-
-    def answer(self, particles: Particles, trusted: bool = False) -> ClearanceFit:
-        """The fit that a posterior of these demonstrations amounts to."""
-        return _answer(
-            self.nearest, self.valid, self.names, particles,
-            self.prior.floor, self.distance, self.exact, trusted,
-        )  # fmt: skip
-
-
-def weigh(
-    nearest: ArrayLike,
-    valid: ArrayLike,
-    symbols: Sequence[str],
-    *,
-    sharing: Sharing,
-    floor: float,
-    reach: float | None,
-    unit: float,
-    distance: Distance,
-    passes: Callable[[], Passes] | None,
-) -> Weighed:
-    """The posterior of one person's clearances. Arguments as of `fit_clearance`."""
-    d, ok, names = _checked(nearest, valid, symbols)
-    finite = d[np.isfinite(d)]
-    top = float(finite.max(initial=floor)) if reach is None else float(reach)
-    # Beyond the largest distance, so that a rejection there can still be explained.
-    top = max(top, floor) + SPREAD * unit if reach is None else max(top, floor + unit)
-    table = log_label_evidence(len(ok))
-    spread = (SPREAD if distance == "footprint" else SPREAD_FROM_CENTER) * unit
-    prior = ClearancePrior(floor, top, spread)
-    members, exact = likely_subsets(d, ok, prior, table, log(INCLUSION))
-    particles = posterior(d, ok, members, prior, table, sharing, unit, passes)
-    return Weighed(d, ok, names, prior, distance, exact, particles)
-
-
-def _checked(
-    nearest: ArrayLike, valid: ArrayLike, symbols: Sequence[str]
-) -> tuple[FloatArray, BoolArray, tuple[str, ...]]:
-    d = np.asarray(nearest, dtype=np.float64)
-    labels = np.asarray(valid)
-    names = tuple(symbols)
-    if d.ndim != 2 or d.shape != (len(labels), len(names)):
-        expected = f"distances of shape ({len(labels)}, {len(names)}): demonstrations, symbols"
-        raise InputError(expected, f"shape {d.shape}", field="nearest")
-    if len(labels) == 0:
-        raise InputError("at least one labelled demonstration", "none", field="valid")
-    if labels.dtype != np.bool_ and not np.isin(labels, (0, 1)).all():
-        raise InputError("True or False for every demonstration", labels.tolist(), field="valid")
-    if np.isnan(d).any() or (d == -np.inf).any():
-        raise InputError("distances, +inf where absent", "NaN or -inf", field="nearest")
-    if len(set(names)) != len(names):
-        raise InputError("each symbol once", list(names), field="symbols")
-    return d, labels.astype(bool), names
-
-
-def _answer(
-    d: FloatArray,
-    ok: BoolArray,
-    names: tuple[str, ...],
-    particles: Particles,
-    floor: float,
-    distance: Distance,
-    exact: bool,
-    trusted: bool,
-) -> ClearanceFit:
+    d, ok, names = alone.evidence.values, alone.evidence.valid, alone.evidence.names
+    floor = alone.prior.floor
     weight = np.exp(particles.log_weight)
     matters = np.isfinite(particles.clearance)
     rows, group = np.unique(matters, axis=0, return_inverse=True)
@@ -248,7 +115,7 @@ def _answer(
     )
     required = space.required()
     possible = space.upper >= floor
-    rule = ClearanceRule(value, interval, uninformed, distance)
+    rule = ClearanceRule(value, interval, uninformed, alone.evidence.distance)
     wrong = (margins(d, point.clearance[None])[0] >= 0) != ok
     return ClearanceFit(
         rule=rule,
@@ -266,7 +133,25 @@ def _answer(
         at_most={n: float(space.upper[k]) for k, n in enumerate(names)},
         shared=float(weight @ is_shared(particles)),
         position_noise=float(weight @ particles.sigma),
-        exact=exact,
+        exact=alone.exact,
         fewest=space.fewest_classes_bound() if space.consistent else None,
         particles=particles,
     )
+
+
+def fit_document(fit: ClearanceFit, own: Evidence) -> dict[str, Any]:
+    """What a fit says beside its rule, as it stands in the answers.
+
+    Args:
+        own: The demonstrations that were fitted.
+    """
+    return {
+        "probability": {s: round(p, 4) for s, p in fit.probability.items()},
+        "undecided": list(fit.undecided),
+        "contradicted": [str(own.demo_id[i]) for i in fit.contradicted],
+        "at_most": {s: (v if np.isfinite(v) else None) for s, v in fit.at_most.items()},
+        "shared_clearance": round(fit.shared, 4),
+        "interval": fit.interval_kind,
+        "position_noise": float(f"{fit.position_noise:.3g}"),
+        "exact": fit.exact,
+    }

@@ -1,77 +1,47 @@
-"""Several people at the same tables: each answered alone first, then by what all of them show.
+"""Hierarchical prior over users, and what all of them show of the lists of objects.
 
 Two things are shared. The lists of objects: how wrong they are is one question for everybody,
 so what one person's labels say of it is said to all. And, perhaps, the clearance
-(`_clearance_company`). Which classes matter is everybody's own affair.
+(`_hierarchical_prior`). Which classes matter is everybody's own affair.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
 
 import numpy as np
 
 from demospec.frames import FloatArray
-from demospec.rules.clearance._encounters import Passes
-from demospec.rules.clearance._fit import ClearanceFit, weigh
 from demospec.rules.clearance._hierarchical_prior import in_company
 from demospec.rules.clearance._likelihood import Particles, log_sum
-from demospec.rules.clearance._measure import Distance
-from demospec.rules.clearance._posterior import NOISES, Sharing, thinned
-from demospec.rules.clearance._version_space import BoolArray
+from demospec.rules.clearance._posterior import NOISES, Weighed, thinned
 
 _FAINT = 1e-4
 """No person's labels make a size of error less likely than this to the others: labels can be
 wrong in ways that are nobody's error of position."""
 
 
-@dataclass(frozen=True)
-class Shown:
-    """What one person showed.
+def of_everybody(people: Mapping[str, Weighed]) -> dict[str, Particles]:
+    """Everybody's posterior, given what all demonstrations say of the lists and the others keep.
 
     Args:
-        nearest: (n, K) nearest approaches.
-        valid: (n,) labels.
-        passes: Which objects the demonstrations lead past, see `fit_clearance`.
+        people: Each person alone; their demonstrations are about the same lists.
     """
-
-    nearest: FloatArray
-    valid: BoolArray
-    passes: Callable[[], Passes] | None = None
-
-
-def fit_people(
-    people: Mapping[str, Shown],
-    symbols: Sequence[str],
-    *,
-    sharing: Sharing = "average",
-    unit: float = 1.0,
-    distance: Distance = "footprint",
-) -> dict[str, ClearanceFit]:
-    """`fit_clearance` of several people whose demonstrations are about the same lists."""
-    seen = {
-        name: weigh(
-            shown.nearest, shown.valid, symbols,
-            sharing=sharing, floor=0.0, reach=None, unit=unit, distance=distance,
-            passes=shown.passes,
-        )
-        for name, shown in people.items()
-    }  # fmt: skip
-    said = {name: _of_errors(one.particles, unit) for name, one in seen.items()}
+    unit = next(iter(people.values())).evidence.unit
+    said = {name: _of_errors(one.particles, unit) for name, one in people.items()}
     prior = np.log([1.0 - sum(p for _, p in NOISES), *(p for _, p in NOISES)])
     alone = {}
-    for name, one in seen.items():
+    for name, one in people.items():
         gain = np.zeros(len(prior))
         for other, says in said.items():
             if other != name:
                 gain += says - prior
         alone[name] = thinned(_with_errors(one.particles, gain, unit))
-    fits = {}
-    for name, one in seen.items():
+    together = {}
+    for name, one in people.items():
         company = [particles for other, particles in alone.items() if other != name]
-        fits[name] = one.answer(in_company(alone[name], company, one.prior, unit))
-    return fits
+        together[name] = in_company(alone[name], company, one.prior, unit)
+    return together
 
 
 def _of_errors(particles: Particles, unit: float) -> FloatArray:

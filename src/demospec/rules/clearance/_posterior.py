@@ -7,21 +7,24 @@ erroneous distances. The priors are here, each with its reason.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from math import log
 from typing import Literal
 
 import numpy as np
 
 from demospec.frames import FloatArray
+from demospec.rules._evidence import Evidence
 from demospec.rules.clearance._encounters import Passes
 from demospec.rules.clearance._likelihood import (
     ClearancePrior,
     Noise,
     Particles,
+    log_label_evidence,
     log_sum,
     shared_evidence,
 )
-from demospec.rules.clearance._model_selection import nearest_of
+from demospec.rules.clearance._model_selection import likely_subsets, nearest_of
 from demospec.rules.clearance._position_errors import Errors, Model
 from demospec.rules.clearance._separate_clearances import separate_particles
 from demospec.rules.clearance._version_space import BoolArray, ClearanceSpace
@@ -51,6 +54,52 @@ _CLOSER_LOOK = 8  # subsets that get the costlier models
 _MOST_PARTICLES = 400
 _MOST_KEPT = 200  # subsets in the posterior
 _PIECES = 8
+
+
+@dataclass(frozen=True)
+class Weighed:
+    """One person's demonstrations, and how likely they make every clearance model.
+
+    Args:
+        evidence: Of this person.
+        prior: Of a clearance.
+        exact: Whether all subsets of the classes were weighed.
+        particles: The posterior, not thinned.
+    """
+
+    evidence: Evidence
+    prior: ClearancePrior
+    exact: bool
+    particles: Particles
+
+
+def weigh(
+    own: Evidence,
+    *,
+    sharing: Sharing = "average",
+    by_objects: bool = True,
+    floor: float = 0.0,
+    reach: float | None = None,
+) -> Weighed:
+    """The posterior of one person's clearances.
+
+    Args:
+        own: The demonstrations of that person.
+        sharing: See `demospec.rules._fit.fit`.
+        by_objects: Whether errors of distance may be those of objects; else each is alone.
+        floor, reach: Least and greatest clearance; by default 0, and just beyond the largest
+            distance, so that a rejection there can still be explained.
+    """
+    d, ok, unit = own.values, own.valid, own.unit
+    top = float(d[np.isfinite(d)].max(initial=floor)) if reach is None else float(reach)
+    top = max(top, floor) + SPREAD * unit if reach is None else max(top, floor + unit)
+    table = log_label_evidence(len(ok))
+    spread = (SPREAD if own.distance == "footprint" else SPREAD_FROM_CENTER) * unit
+    prior = ClearancePrior(floor, top, spread)
+    members, exact = likely_subsets(d, ok, prior, table, log(INCLUSION))
+    encounters = own.encounters if by_objects else None
+    particles = posterior(d, ok, members, prior, table, sharing, unit, encounters)
+    return Weighed(own, prior, exact, particles)
 
 
 def posterior(

@@ -6,6 +6,7 @@ import math
 import os
 import time
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, cast
 
 import numpy as np
@@ -13,9 +14,12 @@ import numpy as np
 from demospec.demonstrations import checked_points
 from demospec.errors import InputError
 from demospec.frames import FloatArray
+from demospec.geometry import bounds_of, extent
+from demospec.rules._evidence import Evidence
+from demospec.rules._fit import fit
 from demospec.rules._problem_fields import unread_fields
 from demospec.rules.clearance._encounters import Passes, passes
-from demospec.rules.clearance._fit import ClearanceFit, fit_clearance
+from demospec.rules.clearance._fit import ClearanceFit
 from demospec.rules.clearance._measure import Distance, nearest_approach
 from demospec.rules.clearance._posterior import Sharing
 from demospec.scene import Disc, Footprint, MultiPolygon, Polygon, Scene, SceneObject
@@ -31,7 +35,7 @@ class ClearanceProblem:
         scene_of: (n,) scene of each trajectory.
         valid: (n,) labels.
         distance: To the ``footprint`` or to the ``center``.
-        sharing: See `fit_clearance`.
+        sharing: See `fit`.
     """
 
     scenes: tuple[Scene, ...]
@@ -47,55 +51,55 @@ class ClearanceProblem:
         seen = {o.symbol: None for s in self.scenes for o in s.listed_objects()}
         return tuple(seen)
 
-    def nearest(self) -> FloatArray:
-        """(n, K) nearest approaches."""
-        out = np.full((len(self.paths), len(self.symbols)), np.inf)
-        for s, scene in enumerate(self.scenes):
-            rows = [i for i, at in enumerate(self.scene_of) if at == s]
-            if rows:
-                out[rows] = nearest_approach(
-                    scene, [self.paths[i] for i in rows], self.symbols, distance=self.distance
-                )
-        return out
+    def evidence(self) -> Evidence:
+        """The trajectories, measured."""
+        near = np.full((len(self.paths), len(self.symbols)), np.inf)
+        shown = [
+            (scene, np.array([i for i, at in enumerate(self.scene_of) if at == s], dtype=np.int64))
+            for s, scene in enumerate(self.scenes)
+        ]
+        places = [
+            (scene, rows, [self.paths[i] for i in rows]) for scene, rows in shown if len(rows)
+        ]
+        for scene, rows, paths in places:
+            near[rows] = nearest_approach(scene, paths, self.symbols, distance=self.distance)
 
-    def passes(self) -> Passes:
-        """Which objects the trajectories lead past."""
-        parts = []
-        for s, scene in enumerate(self.scenes):
-            rows = np.array([i for i, at in enumerate(self.scene_of) if at == s], dtype=np.int64)
-            if len(rows):
-                found = passes(
-                    scene, [self.paths[i] for i in rows], self.symbols,
-                    distance=self.distance, unit=self.unit,
-                )  # fmt: skip
-                parts.append((rows, found))
-        return Passes.joined(parts)
+        def met() -> Passes:
+            return Passes.joined(
+                [
+                    (rows, passes(scene, paths, self.symbols, distance=self.distance,
+                                  unit=self.extent / 100))
+                    for scene, rows, paths in places
+                ]
+            )  # fmt: skip
+
+        return Evidence.of(
+            near, np.array(self.valid), self.symbols, extent=self.extent,
+            distance=self.distance, encounters=cache(met),
+        )  # fmt: skip
 
     @property
-    def unit(self) -> float:
-        """A hundredth of the extent of everything shown."""
-        flat = np.concatenate(self.paths)
-        return max(float(np.ptp(flat, axis=0).max()) / 80, 1e-9)
+    def extent(self) -> float:
+        """The length scale: of every scene with trajectories, the longer side of the box around
+        these and its objects; the median of those."""
+        sides = []
+        for s, scene in enumerate(self.scenes):
+            mine = [path for path, at in zip(self.paths, self.scene_of, strict=True) if at == s]
+            if mine:
+                sides.append(extent(bounds_of(mine, [o.outline for o in scene.listed_objects()])))
+        return float(np.median(sides))
 
 
 def solve_clearance(problem: ClearanceProblem) -> ClearanceFit:
     """The posterior of a clearance problem; InputError where it has no trajectory.
 
-    Its objects stand where it says (`fit_clearance`, ``trusted``): whoever writes a problem has
+    Its objects stand where it says (`fit`, ``trusted``): whoever writes a problem has
     measured them.
     """
     if not problem.paths:
         raise InputError("at least one trajectory", "none", field="trajectories")
-    return fit_clearance(
-        problem.nearest(),
-        np.array(problem.valid),
-        problem.symbols,
-        sharing=problem.sharing,
-        unit=problem.unit,
-        distance=problem.distance,
-        passes=problem.passes,
-        trusted=True,
-    )
+    (found,) = fit(problem.evidence(), sharing=problem.sharing, trusted=True).people.values()
+    return found
 
 
 def clearance_answer(problem: ClearanceProblem) -> dict[str, Any]:
@@ -122,6 +126,7 @@ def clearance_answer(problem: ClearanceProblem) -> dict[str, Any]:
         "contradicted": list(fit.contradicted),
         "fewest_classes": fit.fewest,
         "exact": fit.exact,
+        "mode": "full",
         "seconds": time.perf_counter() - began,
         "settings": {"distance": problem.distance, "sharing": problem.sharing, "floor": 0.0},
     }

@@ -9,23 +9,22 @@ demonstration.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from demospec.demonstrations import DemonstrationSet, ValidityModel
-from demospec.errors import InputError, MissingExtraError
+from demospec.errors import InputError
 from demospec.frames import FloatArray
 from demospec.progress import Progress, silent
+from demospec.rules import ANYONE, ClearanceFit, ClearanceRule, Evidence, Mode, clearance_document
+from demospec.rules import fit as fit_evidence
 from demospec.specification.audit._conflict import smallest_conflict
-from demospec.specification.audit._encounters import SEEN_ERROR, Approaches, approaches
+from demospec.specification.audit._measured import audit_evidence
 from demospec.specification.audit._words import rule_words
-
-if TYPE_CHECKING:
-    from demospec.rules import ClearanceFit
 
 REVIEW = 0.8
 """A demonstration is to be reviewed if the others say with more than this probability that its
@@ -52,6 +51,9 @@ _MISSED = 4
 free of everything seen there: that a thing was missed is likelier than so many slips in one
 place. Tried with four alone, it brought the false reviews from 2.4 % to 1.6 % and the recall from
 86 % to 84 % (seeds 0 to 5)."""
+
+LEFT_OUT_MODE: Mode = "quick"
+"""How the rule of the others is found where one demonstration is left out, see `Mode`."""
 
 Fit = Callable[[DemonstrationSet], ValidityModel]
 
@@ -84,11 +86,13 @@ class Audit:
             noise-free clearance rule, or None.
         entries: One for each demonstration, in the order of the set.
         notes: What could not be judged, and why.
+        rules: By type, the rule that all its demonstrations support: that of `learn_rules`.
     """
 
     conflict: tuple[str, ...] | None
     entries: tuple[AuditEntry, ...]
     notes: tuple[str, ...] = ()
+    rules: Mapping[str, ClearanceRule] = field(default_factory=dict)
 
     def to_json(self) -> dict[str, Any]:
         """The JSON document of ``demospec audit``."""
@@ -105,6 +109,11 @@ class Audit:
                 for e in self.entries
             ],
             "notes": list(self.notes),
+            "mode": "full",
+            "left_out_mode": LEFT_OUT_MODE,
+            "types": {
+                name: {"clearance": clearance_document(rule)} for name, rule in self.rules.items()
+            },
         }
 
 
@@ -138,16 +147,12 @@ def audit_set(
     labelled = d.valid >= 0
     if not labelled.any():
         raise InputError("demonstrations labelled valid or not", "none", field="valid")
-    near = approaches(data, labelled, seed=seed, progress=progress)
-    if fit is None and not near.known.any():
-        if near.why_not is not None:
-            raise MissingExtraError("torch", "vision", "auditing by pictures alone")
-        expected = "scenes that list their objects, or pictures that show them"
-        raise InputError(expected, "neither", field="objects")
-    judge = _RuleJudge(data, near)
-    for i, name in enumerate(_types(data, labelled)):
-        judge.of_type(name)
-        progress("audit", i + 1, len(_types(data, labelled)))
+    evidence, why_not = audit_evidence(
+        data, labelled, needed=fit is None, seed=seed, progress=progress
+    )
+    judge = _RuleJudge(data, evidence)
+    if evidence is not None:
+        judge.of_everybody(progress)
     p_label = np.full(len(d), np.nan)
     if fit is not None:
         p_label = _surprise(data, labelled, fit, folds, seed, progress)
@@ -156,72 +161,86 @@ def audit_set(
     notes = []
     if not labelled.all():
         notes.append(f"{int((~labelled).sum())} demonstrations have no label: not judged")
-    if near.seen.any():
+    if judge.seen.any():
         notes.append(
-            f"{int(near.seen.sum())} demonstrations in scenes without listed objects: judged by "
+            f"{int(judge.seen.sum())} demonstrations in scenes without listed objects: judged by "
             "what their pictures show, which is less sure than a list"
         )
-    blind = labelled & ~near.known
+    blind = labelled & ~judge.known
     if blind.any():
-        why = f" ({near.why_not})" if near.why_not is not None else ""
+        why = f" ({why_not})" if why_not is not None else ""
         notes.append(f"{int(blind.sum())} demonstrations in scenes without listed objects{why}")
     notes += judge.notes
     names = None if judge.conflict is None else tuple(str(d.demo_id[r]) for r in judge.conflict)
-    return Audit(names, tuple(entries), tuple(notes))
-
-
-def _types(data: DemonstrationSet, labelled: NDArray[np.bool_]) -> list[str | None]:
-    return list(dict.fromkeys(data.demonstrations.type[labelled].tolist()))
+    return Audit(names, tuple(entries), tuple(notes), judge.rules)
 
 
 class _RuleJudge:
     """Judges every demonstration by the clearance rule that the others of its type follow."""
 
-    def __init__(self, data: DemonstrationSet, near: Approaches) -> None:
+    def __init__(self, data: DemonstrationSet, evidence: Evidence | None) -> None:
+        n = len(data.demonstrations)
         self.data = data
-        self.near = near
-        self.p_wrong = np.full(len(data.demonstrations), np.nan)
-        self.fit: dict[int, ClearanceFit] = {}
+        self.evidence = evidence
+        self.known, self.seen = np.zeros(n, dtype=bool), np.zeros(n, dtype=bool)
+        if evidence is not None:
+            self.known[evidence.rows] = True
+            self.seen[evidence.rows] = evidence.seen
+        self.p_wrong = np.full(n, np.nan)
+        self.rules: dict[str, ClearanceRule] = {}
+        self.by: dict[int, tuple[ClearanceRule, Mapping[str, float]]] = {}
         self.conflict: list[int] | None = None
         self.notes: list[str] = []
-        self.unit = _hundredth(data)
 
-    def of_type(self, name: str | None) -> None:
-        d = self.data.demonstrations
-        same = np.array([t == name for t in d.type], dtype=bool)
-        rows: NDArray[np.int64] = np.flatnonzero(self.near.known & same)
-        if len(rows) < 2 or not self.near.names:
-            return
-        near, valid = self.near.nearest[rows], d.valid[rows] == 1
-        seen = self.near.seen[rows]
-        error = np.where(seen, SEEN_ERROR * self.unit, 0.0)
-        whole = self._fit(near, valid)
-        wrong = np.isin(np.flatnonzero(seen), whole.contradicted)
-        if wrong.sum() > _UNEXPLAINED * len(wrong):
-            who = "these demonstrations" if name is None else name
-            self.notes.append(f"what matters to {who} was not seen in the pictures: not judged")
-            rows, near, valid, error = rows[~seen], near[~seen], valid[~seen], error[~seen]
-            if len(rows) < 2:
-                return
-            whole = self._fit(near, valid)
-        in_sample = _against(whole, near, valid, error)
+    def of_everybody(self, progress: Progress) -> None:
+        """Judges everybody by the posterior that all commands speak from."""
+        assert self.evidence is not None
+        types = set(self.data.demonstrations.type.tolist())
+        # Who has no type beside others who have one is nobody's company.
+        apart = (self.evidence.person == ANYONE) & (ANYONE not in types) & (types != {None})
+        for keep in (~apart, apart):
+            if keep.any() and len(self.evidence.columns):
+                self._of_people(self.evidence.view(keep), progress)
+
+    def _of_people(self, evidence: Evidence, progress: Progress) -> None:
+        people = fit_evidence(evidence).people
+        unseen = np.zeros(len(evidence), dtype=bool)
+        for name, found in people.items():
+            mine = np.flatnonzero(evidence.person == name)
+            seen = evidence.seen[mine]
+            wrong = np.isin(np.flatnonzero(seen), found.contradicted)
+            if wrong.sum() > _UNEXPLAINED * len(wrong):
+                who = "these demonstrations" if name == ANYONE else name
+                self.notes.append(f"what matters to {who} was not seen in the pictures: not judged")
+                unseen[mine[seen]] = True
+        if unseen.any():
+            evidence = evidence.view(~unseen)
+            people = fit_evidence(evidence).people if len(evidence) else {}
+        for i, (name, own) in enumerate(evidence.by_person().items()):
+            self.rules[name] = people[name].rule
+            if len(own) > 1:
+                self._of_person(own, people[name], name)
+            progress("audit", i + 1, len(people))
+
+    def _of_person(self, own: Evidence, whole: ClearanceFit, name: str) -> None:
+        rows = own.rows
+        in_sample = _against(whole, own)
         self.p_wrong[rows] = in_sample
-        self.fit |= {int(row): whole for row in rows}
+        self.by |= {int(row): (whole.rule, own.at(i)) for i, row in enumerate(rows)}
         # A demonstration draws the rule to itself: those that may be wrong are judged by a rule
         # fitted without them. Leaving out one that the rule agrees with changes little.
         for i in np.flatnonzero(in_sample > _CLOSER_LOOK):
-            others = np.arange(len(rows)) != i
-            apart = self._fit(near[others], valid[others])
-            self.fit[int(rows[i])] = apart
-            one = slice(i, i + 1)
-            self.p_wrong[rows[i]] = _against(apart, near[one], valid[one], error[one])[0]
-        self._spare_what_was_missed(rows[error > 0], name)
-        exact = np.flatnonzero(error == 0)
-        found = smallest_conflict(near[exact], valid[exact])
+            others = np.arange(len(own)) != i
+            apart = fit_evidence(own.view(others), mode=LEFT_OUT_MODE).people[name]
+            self.by[int(rows[i])] = apart.rule, own.at(int(i))
+            self.p_wrong[rows[i]] = _against(apart, own.view(~others))[0]
+        self._spare_what_was_missed(rows[own.seen], name)
+        exact = np.flatnonzero(~own.seen)
+        found = smallest_conflict(own.values[exact], own.valid[exact])
         if found is not None and (self.conflict is None or len(found) < len(self.conflict)):
             self.conflict = [int(rows[exact[i]]) for i in found]
 
-    def _spare_what_was_missed(self, rows: NDArray[np.int64], name: str | None) -> None:
+    def _spare_what_was_missed(self, rows: NDArray[np.int64], name: str) -> None:
         d = self.data.demonstrations
         doubted = rows[(self.p_wrong[rows] > REVIEW) & (d.valid[rows] == 0)]
         rejected = rows[d.valid[rows] == 0]
@@ -230,44 +249,29 @@ class _RuleJudge:
             if len(mine) < max(_MISSED, np.sum(d.scene_id[rejected] == scene) / 2):
                 continue
             self.p_wrong[mine] = np.nan
-            who = "" if name is None else f" of {name}"
+            who = "" if name == ANYONE else f" of {name}"
             self.notes.append(
                 f"scene {scene}: {len(mine)} rejected paths{who} keep clear of all that was seen: "
                 "something was probably missed there, so they are not judged"
             )
 
-    def _fit(self, near: FloatArray, valid: NDArray[np.bool_]) -> ClearanceFit:
-        from demospec.rules import fit_clearance
 
-        return fit_clearance(near, valid, self.near.names, unit=self.unit)
-
-
-def _against(
-    fit: ClearanceFit, near: FloatArray, valid: NDArray[np.bool_], error: FloatArray
-) -> FloatArray:
+def _against(fit: ClearanceFit, own: Evidence) -> FloatArray:
     """(n,) posterior probability that the rule's verdict is not the label.
 
-    Args:
-        error: (n,) standard deviation of the distances, which all of a path share.
+    A distance that was seen is uncertain, by an error that all distances of a path share.
     """
-    p = fit.p_valid(near)
+    p = fit.p_valid(own.values)
+    error = own.error.max(axis=1, initial=0.0)
     blurred = np.flatnonzero(error > 0)
     if len(blurred):
         steps, weights = np.polynomial.hermite_e.hermegauss(5)
         shifts = error[blurred, None] * steps
         p[blurred] = sum(
-            w * fit.p_valid(near[blurred] + shifts[:, k, None])
+            w * fit.p_valid(own.values[blurred] + shifts[:, k, None])
             for k, w in enumerate(weights / weights.sum())
         )
-    return np.asarray(np.where(valid, 1.0 - p, p))
-
-
-def _hundredth(data: DemonstrationSet) -> float:
-    """A hundredth of the table's width, set units."""
-    for scene in data.scenes:
-        if scene.size_px is not None:
-            return scene.size_px[0] / 100.0
-    return max(float(np.ptp(data.demonstrations.flat[:, :2], axis=0).max()) / 80.0, 1e-9)
+    return np.asarray(np.where(own.valid, 1.0 - p, p))
 
 
 def _surprise(
@@ -329,15 +333,8 @@ def _entry(
     if d.valid[row] < 0:
         return AuditEntry(name, "pass", "no label to judge")
     if p_wrong is not None and p_wrong > REVIEW:
-        reasons.append(
-            rule_words(
-                data,
-                row,
-                judge.fit[row].rule,
-                judge.near.distances(row),
-                bool(judge.near.seen[row]),
-            )
-        )
+        rule, near = judge.by[row]
+        reasons.append(rule_words(data, row, rule, near, bool(judge.seen[row])))
     if row in twins:
         reasons.append(f"the same path as {d.demo_id[twins[row]]}, which has the other label")
     open_question = p_wrong is None or p_wrong > DOUBT
@@ -348,6 +345,6 @@ def _entry(
     if reasons:
         return AuditEntry(name, "review", "; ".join(reasons), p_wrong, by_model)
     if p_wrong is None and by_model is None:
-        why = "what matters was not seen" if judge.near.known[row] else "no objects listed"
+        why = "what matters was not seen" if judge.known[row] else "no objects listed"
         return AuditEntry(name, "pass", f"not judged: {why}")
     return AuditEntry(name, "pass", "agrees with the others", p_wrong, by_model)

@@ -11,7 +11,7 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 
 from demospec.frames import FloatArray
-from demospec.rules import Passes, nearest_approach, passes
+from demospec.rules import FitMemory, Passes, nearest_approach, passes
 from demospec.scene import Scene
 
 _KEPT = 50_000  # paths: some 10 MB of distances
@@ -99,3 +99,6 @@ near = NearMemory()
 
 passing = PassMemory()
 """The memory of passes that all tabs share."""
+
+fits = FitMemory()
+"""The memory of single people's fits that all tabs share."""

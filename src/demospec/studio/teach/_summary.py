@@ -15,8 +15,8 @@ import numpy as np
 from demospec.demonstrations import DemonstrationSet
 from demospec.errors import CannotJudgeError, InputError
 from demospec.rules import ClearanceRule, Query, learn_rules, query_set
+from demospec.studio.session._distance_cache import fits, passing, path_digest
 from demospec.studio.session._distance_cache import near as measure
-from demospec.studio.session._distance_cache import passing, path_digest
 
 
 @dataclass(frozen=True)
@@ -130,16 +130,21 @@ def understand(
     counts = (int((valid == 1).sum()), int((valid == 0).sum()), int((valid < 0).sum()))
     if not counts[0] + counts[1]:
         return Understood(type, *counts, None, "nothing accepted or rejected yet")
-    found = _learned(mine, type) if memory is None else memory.of(
-        (type, *_basis(mine)), lambda: _learned(mine, type)
+    assert data is not None
+    found = _learned(data, type) if memory is None else memory.of(
+        (type, *_basis(data)), lambda: _learned(data, type)
     )  # fmt: skip
     return replace(found, accepted=counts[0], rejected=counts[1], unsaid=counts[2])
 
 
-def _learned(mine: DemonstrationSet, type: str) -> Understood:
+def _learned(data: DemonstrationSet, type: str) -> Understood:
     """All but the counts."""
     try:
-        found = learn_rules(mine, split=None, influence=False, measure=measure, passing=passing)
+        found = learn_rules(
+            data, split=None, influence=False, measure=measure, passing=passing, memory=fits
+        )
+        if type not in found.rules:
+            raise CannotJudgeError("a list of objects", "none", field="objects")
         rules = found.of_type(type)
     except CannotJudgeError:
         words = "the objects in these scenes are not listed, so no distance can be measured"
@@ -147,6 +152,8 @@ def _learned(mine: DemonstrationSet, type: str) -> Understood:
     except InputError as error:
         return Understood(type, 0, 0, 0, None, f"cannot learn: {error}")
     sure = rules.evidence.get("probability", {})
+    mine = of_type(data, type)
+    assert mine is not None
     return Understood(
         type, 0, 0, 0, rules.clearance, rules.sentence, sure, conflicts(mine)
     )  # fmt: skip
@@ -156,13 +163,18 @@ def _basis(data: DemonstrationSet) -> tuple[Hashable, ...]:
     """Equal where the same paths have the same labels beside the same objects."""
     d = data.demonstrations
     judged = [
-        (str(d.demo_id[i]), str(d.scene_id[i]), int(d.valid[i]), path_digest(d.points(int(i))))
+        (
+            str(d.demo_id[i]),
+            str(d.type[i]),
+            str(d.scene_id[i]),
+            int(d.valid[i]),
+            path_digest(d.points(int(i))),
+        )
         for i in np.flatnonzero(d.valid >= 0)
     ]
-    named = {scene_id for _, scene_id, _, _ in judged}
-    objects = [(s.scene_id, s.objects) for s in data.scenes if s.scene_id in named]
-    sizes = [s.size_px for s in data.scenes]
-    return tuple(judged), tuple(objects), data.symbols, tuple(sizes)
+    named = {scene_id for _, _, scene_id, _, _ in judged}
+    scenes = [(s.scene_id, s.objects, s.start, s.goal) for s in data.scenes if s.scene_id in named]
+    return tuple(judged), tuple(scenes), data.symbols, data.length_scale
 
 
 def question(data: DemonstrationSet | None, type: str, *, seed: int = 0) -> Query:
@@ -172,9 +184,12 @@ def question(data: DemonstrationSet | None, type: str, *, seed: int = 0) -> Quer
         InputError: Nothing labelled yet, or no scene lists its objects.
     """
     mine = None if data is None else of_type(data, type)
-    if mine is None or not (mine.demonstrations.valid >= 0).any():
+    if data is None or mine is None or not (mine.demonstrations.valid >= 0).any():
         raise InputError("one accepted or rejected path first", "none", field="type")
-    return query_set(mine, type=type, pool=60, seed=seed, measure=measure)
+    return query_set(
+        data, type=type, pool=60, seed=seed, split=None, measure=measure, passing=passing,
+        memory=fits,
+    )  # fmt: skip
 
 
 ANSWERS_A_BIT = 3.0
@@ -201,15 +216,9 @@ def how_many_more(query: Query, found: Understood) -> str:
 
 
 def of_type(data: DemonstrationSet, type: str) -> DemonstrationSet | None:
-    """The demonstrations of one type, all scenes to learn from; None where there are none."""
+    """The demonstrations of one type; None where there are none."""
     rows = np.flatnonzero(data.demonstrations.type == type)
-    if not len(rows):
-        return None
-    return replace(
-        data,
-        scenes=tuple(replace(s, split="train") for s in data.scenes),
-        demonstrations=data.demonstrations.rows(rows),
-    )
+    return data.select(rows) if len(rows) else None
 
 
 def conflicts(data: DemonstrationSet) -> tuple[Conflict, ...]:

@@ -13,16 +13,15 @@ from demospec.frames import FloatArray
 from demospec.perception import KINDS, Sight, SymbolHead, read_map
 from demospec.perception.heads._symbols import NOTHING, match_slots
 from demospec.progress import Progress, silent
-from demospec.rules import fit_clearance, nearest_approach
+from demospec.rules import RuleSet, evidence_of, fit, nearest_approach
 from demospec.scene import Scene
-from demospec.specification.models.beta_vae._training_data import labelled_rows, types_in_use
+from demospec.specification.models.beta_vae._training_data import labelled_rows
 from demospec.specification.models.perceived_rule._observation import (
     Calibration,
-    nearest_in_parts,
-    seen_parts,
+    PictureObserver,
     sight_of,
 )
-from demospec.specification.models.perceived_rule._rule import FieldRule
+from demospec.specification.models.perceived_rule._rule import rules_of_fit
 
 if TYPE_CHECKING:
     from demospec.perception import Body
@@ -191,58 +190,27 @@ def fit_rules(
     calibration: Calibration,
     *,
     listed: bool,
-) -> tuple[dict[str, FieldRule], tuple[str, ...]]:
+) -> RuleSet:
     """Which classes matter to every type and how far, from all labelled demonstrations.
 
     Where scenes list their objects the distances are exact; a scene that does not is seen.
 
-    Returns:
-        (type → rule, classes).
+    Raises:
+        InputError: No demonstration has both a type and a label.
     """
-    rows = labelled_rows(data)
-    d = data.demonstrations
-    types = types_in_use(data, d.type[rows])
-    if listed:
-        used = {o.symbol for s in data.scenes for o in s.objects or ()}
-        names = tuple(s for s in data.symbols if s in used)
-    else:
-        names = KINDS
-    nearest = np.full((len(d), len(names)), np.inf)
-    known = np.zeros(len(d), dtype=bool)
-    sights = {item.scene.scene_id: item.sight for item in looked}
-    wanted = set(rows.tolist())
-    for scene_id, all_rows in data.rows_by_scene().items():
-        mine = [int(i) for i in all_rows if int(i) in wanted]
-        scene = data.scene(scene_id)
-        if not mine:
-            continue
-        paths = d.paths_xy(mine)
-        if listed and scene.objects is not None:
-            nearest[mine] = nearest_approach(scene, paths, names)
-            known[mine] = True
-        elif scene_id in sights:
-            sight = sights[scene_id]
-            parts = seen_parts(sight, head, calibration)
-            size = (float(sight.size_px[0]), float(sight.size_px[1]))
-            nearest[mine] = nearest_in_parts(parts, size, list(paths), names)
-            known[mine] = True
-    spans = [max(s.size_px) for s in data.scenes if s.size_px is not None]
-    finite = np.abs(nearest[np.isfinite(nearest)])
-    unit = float(np.median(spans)) / 100.0 if spans else float(finite.max(initial=1.0)) / 100.0
-    shown = {}
-    for type_ in types:
-        chosen = np.flatnonzero(known & (d.type == type_) & (d.valid >= 0))
-        if len(chosen):
-            shown[type_] = (nearest[chosen], d.valid[chosen] == 1)
-    alone = {t: fit_clearance(*labelled, names, unit=unit) for t, labelled in shown.items()}
-    rules = {}
-    for type_, labelled in shown.items():
-        others = [fit for t, fit in alone.items() if t != type_]
-        rules[type_] = FieldRule.fit(*labelled, names, unit, others)
-    return rules, names
+    labelled_rows(data)
+    observations = {item.scene.scene_id: item.sight for item in looked}
+    symbols = data.symbols if listed else KINDS
+    observer = PictureObserver(symbols, head, calibration, observations)
+    found = fit(evidence_of(data, split=None, observer=observer))
+    order = [t for t in data.types if t in found.people]
+    rules = {name: rules_of_fit(found, name) for name in order}
+    return RuleSet(rules, data.units, data.metres_per_unit, found.evidence.notes)
 
 
-def typical_clearance(rules: dict[str, FieldRule]) -> float | None:
+def typical_clearance(rules: RuleSet) -> float | None:
     """Mean clearance of the classes that matter, set units; None where nothing does."""
-    kept = [rule.clearance[n] for rule in rules.values() for n in rule.relevant]
+    kept = [
+        c for rule in rules.rules.values() if rule.clearance for c in rule.clearance.value.values()
+    ]
     return float(np.mean(kept)) if kept else None

@@ -3,7 +3,7 @@
 Not in the paper, whose network learns both from the labels at once and forgets scenes it has
 not seen. Here a body that was pretrained without labels sees distances and things
 (`demospec.perception`), the listed polygons and labels say exactly which symbols matter and
-how far (`demospec.rules.fit_clearance`), and the rule is read through perception, calibrated
+how far (`demospec.rules.fit`), and the rule is read through perception, calibrated
 at the fitted clearance.
 """
 
@@ -29,6 +29,7 @@ from demospec.perception import (
     read_scene_code,
 )
 from demospec.progress import Progress, silent
+from demospec.rules import RuleSet, rules_document
 from demospec.scene import Image, Scene
 from demospec.specification.models._folder import (
     ModelFolder,
@@ -54,7 +55,7 @@ from demospec.specification.models.perceived_rule._observation import (
     sight_of,
     span_of,
 )
-from demospec.specification.models.perceived_rule._rule import FieldRule
+from demospec.specification.models.perceived_rule._rule import rules_of_settings
 from demospec.specification.models.perceived_rule._view import FieldView
 
 if TYPE_CHECKING:
@@ -81,8 +82,8 @@ class FieldModel:
     """A fitted field model; a `ValidityModel`.
 
     Args:
-        rules: Type → what matters to it.
-        classes: Symbols (or generic words where the training set listed no objects).
+        rules: What matters to each type, with beliefs (`rules_of_fit`) about symbols, or about
+            generic words where the training set listed no objects.
         head: Looks → symbols; None where no training scene listed objects with a picture.
         calibration: Of seen distances.
         scale: Map pixels per set unit, or None: the longer side of each picture becomes what
@@ -96,8 +97,7 @@ class FieldModel:
 
     def __init__(
         self,
-        rules: dict[str, FieldRule],
-        classes: tuple[str, ...],
+        rules: RuleSet,
         head: SymbolHead | None,
         calibration: Calibration,
         scale: float | None,
@@ -106,7 +106,6 @@ class FieldModel:
         provenance: dict[str, Any],
     ) -> None:
         self.rules = rules
-        self.classes = classes
         self.head = head
         self.calibration = calibration
         self.scale = scale
@@ -117,7 +116,7 @@ class FieldModel:
     @property
     def types(self) -> tuple[str, ...]:
         """The user types it knows."""
-        return tuple(self.rules)
+        return tuple(self.rules.rules)
 
     @classmethod
     def fit(
@@ -168,13 +167,9 @@ class FieldModel:
         looked = look_at_all(pictured, body, scale, progress) if pictured else []
         head = fit_head(looked, body, scale, seed) if listed else None
         start = Calibration({}, {})
-        rules, classes = fit_rules(data, looked, head, start, listed=listed)
+        rules = fit_rules(data, looked, head, start, listed=listed)
         calibration = calibrate(looked, typical_clearance(rules), seed) if listed else start
-        if not rules:
-            raise InputError(
-                "labelled demonstrations in scenes that can be judged", "none", field="valid"
-            )
-        return cls(rules, classes, head, calibration, scale, body, settings, provenance)
+        return cls(rules, head, calibration, scale, body, settings, provenance)
 
     def look(self, scene: Scene) -> Sight:
         """What the body sees in the scene's picture.
@@ -252,8 +247,9 @@ class FieldModel:
                 weights[f"body.{key}"] = value.numpy()
         settings = {
             **asdict(self.settings),
-            "rules": {t: rule.to_json() for t, rule in self.rules.items()},
-            "classes": list(self.classes),
+            "rules": rules_document(self.rules)["types"],
+            "units": self.rules.units,
+            "metres_per_unit": self.rules.metres_per_unit,
             "head_classes": None if self.head is None else list(self.head.classes),
             "calibration": asdict(self.calibration),
             "scale": self.scale,
@@ -277,17 +273,16 @@ class FieldModel:
         try:
             known = {"device": "cpu", **s}  # earlier models do not name one
             settings = FieldSettings(**{f.name: known[f.name] for f in fields(FieldSettings)})
-            rules = {
-                t: FieldRule.from_json(s["rules"][t], field=f"settings.rules.{t}")
-                for t in stored.types
-            }
+            learned = rules_of_settings(s["rules"], stored.types, "settings.rules")
+            rules = RuleSet(learned, s.get("units", "px"), s.get("metres_per_unit"))
             calibration = Calibration(**s["calibration"])
-            classes = tuple(s["classes"])
             head_classes = s["head_classes"]
             scale = None if s["scale"] is None else float(s["scale"])
             body_size = s["body"]
         except (KeyError, TypeError, ValueError) as error:
             raise InputError("settings of a field model", repr(error), file=file) from None
+        except InputError as error:
+            raise error.at(file=file) from None
         head = None
         if head_classes is not None:
             from demospec.perception.heads._symbols import SHAPE
@@ -319,9 +314,7 @@ class FieldModel:
                     f"a head on {looks_count(body.size)} features (fit the model anew)",
                     len(head.center), file=file, field="head.center",
                 )  # fmt: skip
-        return cls(
-            rules, classes, head, calibration, scale, body, settings, dict(stored.provenance)
-        )
+        return cls(rules, head, calibration, scale, body, settings, dict(stored.provenance))
 
 
 def _settings(settings: FieldSettings | None, named: dict[str, Any]) -> FieldSettings:

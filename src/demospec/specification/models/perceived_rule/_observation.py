@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from demospec.demonstrations import Paths
 from demospec.errors import CannotJudgeError
 from demospec.frames import FloatArray
 from demospec.perception import KINDS, Sight, SymbolHead, look
@@ -21,6 +22,10 @@ if TYPE_CHECKING:
 
 LISTED_ERROR = 0.15
 """Distance error of a listed outline (hundredths of the table): the list is not the truth."""
+
+SEEN_ERROR = 0.7
+"""Standard deviation of a seen distance, hundredths of the table: about what calibration on
+listed outlines finds. A rim that is wrong by a pixel must not make a label look wrong."""
 
 _GRID = 100
 _AROUND = 6.0  # hundredths of the table
@@ -140,6 +145,40 @@ def sight_of(scene: Scene, body: Body | None, scale: float | None, **options: An
             field="file_name",
         )  # fmt: skip
     return look(scene.pixels(), body=body, scale=scale, **options)
+
+
+@dataclass(frozen=True)
+class PictureObserver:
+    """Measures distances to what pictures show; an `Observer`.
+
+    Args:
+        symbols: The classes to name: a set's symbols, or generic words where no scene lists any.
+        head: Appearance → symbols; None: generic words.
+        calibration: Of the distances.
+        observations: By scene, those that were made already.
+        body, scale: As of `sight_of`, for the others; without a body, those are not measured.
+    """
+
+    symbols: tuple[str, ...]
+    head: SymbolHead | None
+    calibration: Calibration
+    observations: Mapping[str, Sight]
+    body: Body | None = None
+    scale: float | None = None
+
+    def nearest(self, scene: Scene, paths: Paths) -> tuple[FloatArray, float] | None:
+        """(n, K) nearest approaches, and their standard deviation; set units."""
+        sight = self.observations.get(scene.scene_id)
+        if sight is None and (self.body is None or scene.picture is None):
+            return None
+        if self.head is None and self.symbols != KINDS:
+            return None  # nobody could say what these things are called
+        if sight is None:
+            sight = sight_of(scene, self.body, self.scale)
+        parts = seen_parts(sight, self.head, self.calibration)
+        size = (float(sight.size_px[0]), float(sight.size_px[1]))
+        near = nearest_in_parts(parts, size, list(paths), self.symbols)
+        return near, SEEN_ERROR * sight.hundredth
 
 
 def nearest_in_parts(

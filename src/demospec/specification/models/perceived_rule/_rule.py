@@ -1,148 +1,141 @@
-"""What a type cares about, as the field model reads it: relevance and clearance per class."""
+"""What a type cares about when objects are perceived: relevance and clearance per class.
+
+The rules themselves are a `RuleSet`, as everywhere; here is what a thing of uncertain class is
+to them.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from demospec.errors import InputError
-from demospec.frames import FloatArray
-from demospec.rules import ClearanceFit, fit_clearance
+from demospec.rules import (
+    ClearanceFit,
+    ClearanceRule,
+    Evidence,
+    Posterior,
+    TypeRules,
+    fit_document,
+    rules_from_document,
+)
 
 _SURE = 0.995
 _CLEARLY = 3.0
+_INSIDE, _OUTSIDE = 0.55, 0.45
+"""The point answer decides whether a class matters; the posterior says how sure that is."""
+
+_LEAST_SPREAD = 0.02  # hundredths of the table
 
 
-@dataclass(frozen=True)
-class FieldRule:
-    """One type's specification.
+def rules_of_fit(found: Posterior, name: str) -> TypeRules:
+    """One person's rules, with what is believed of classes that the rule does not name.
+
+    Beside what every answer holds, `evidence` has ``mean`` and ``spread``: by class, the posterior
+    mean and standard deviation of its clearance if it matters, set units.
+    """
+    own, fit = found.evidence.of_person(name), found.people[name]
+    document = {**fit_document(fit, own), "mode": found.mode}
+    if not _explains(fit, own):
+        # Labels that no choice of classes explains better than chance: nothing is known.
+        nothing = dict.fromkeys(fit.symbols, 0.0)
+        rule = ClearanceRule({}, {}, fit.symbols, fit.rule.distance)
+        document |= {"probability": nothing, "mean": nothing, "spread": nothing}
+        return TypeRules(rule, None, "", document)
+    mean, spread = _moments(fit)
+    least = _LEAST_SPREAD * own.unit
+    absent = np.flatnonzero(np.isinf(own.values).min(axis=0))
+    unknown = {*fit.rule.uninformed, *(fit.symbols[k] for k in absent)}
+    rule = replace(fit.rule, uninformed=tuple(s for s in fit.symbols if s in unknown))
+    document |= {"mean": mean, "spread": {s: max(v, least) for s, v in spread.items()}}
+    return TypeRules(rule, None, "", document)
+
+
+def beliefs(rules: TypeRules) -> tuple[dict[str, float], dict[str, float], dict[str, float]]:
+    """By class: probability that it matters; clearance if it does; standard deviation of that."""
+    rule, evidence = rules.clearance, rules.evidence
+    value = {} if rule is None else rule.value
+    probability = {
+        s: max(p, _INSIDE) if s in value else min(p, _OUTSIDE)
+        for s, p in evidence.get("probability", dict.fromkeys(value, 1.0)).items()
+    }
+    clearance = {**evidence.get("mean", {}), **value}
+    return probability, clearance, {**dict.fromkeys(value, 0.0), **evidence.get("spread", {})}
+
+
+def is_nested_in(rules: TypeRules, other: TypeRules) -> bool:
+    """True where a type cares about fewer classes, and about those no more than the other.
+
+    "No more": a clearance that is larger by at most twice the spread of both.
+    """
+    mine, theirs = _value(rules), _value(other)
+    _, _, my_spread = beliefs(rules)
+    _, _, spread = beliefs(other)
+    return set(mine) < set(theirs) and all(
+        mine[n] - theirs[n] <= 2 * np.hypot(my_spread[n], spread[n]) for n in mine
+    )
+
+
+def of_classes(rules: TypeRules, classes: Mapping[str, float]) -> tuple[float, float, float]:
+    """Relevance, clearance and spread of a thing of uncertain class.
 
     Args:
-        probability: Class → posterior probability that it matters, in [0, 1].
-        clearance: Class → posterior mean of the distance to keep if it matters, set units.
-        spread: Class → standard deviation of that, set units.
-        relevant: Classes that matter in the point answer.
-        uninformed: Classes about which no demonstration says anything; they count as
-            irrelevant, with the uncertainty that `probability` states.
+        classes: Class → probability; what is missing to 1 is no thing at all. Classes that
+            the rules do not know count as irrelevant.
     """
+    probability, every, deviation = beliefs(rules)
+    shares = {n: p * probability.get(n, 0.0) for n, p in classes.items()}
+    relevance = sum(shares.values())
+    if relevance <= 1e-9:
+        return 0.0, 0.0, 0.0
+    clearance = sum(w * every[n] for n, w in shares.items() if w > 0) / relevance
+    second = sum(
+        w * (deviation[n] ** 2 + (every[n] - clearance) ** 2) for n, w in shares.items() if w > 0
+    )
+    return min(relevance, _SURE), clearance, float(np.sqrt(second / relevance))
 
-    probability: Mapping[str, float]
-    clearance: Mapping[str, float]
-    spread: Mapping[str, float]
-    relevant: tuple[str, ...]
-    uninformed: tuple[str, ...]
 
-    @classmethod
-    def fit(
-        cls,
-        nearest: FloatArray,
-        valid: FloatArray,
-        symbols: Sequence[str],
-        unit: float,
-        others: Sequence[ClearanceFit] = (),
-    ) -> FieldRule:
-        """From exact nearest approaches (n, K) and labels; see `demospec.rules.fit_clearance`.
+def rules_of_settings(document: Any, types: tuple[str, ...], field: str) -> dict[str, TypeRules]:
+    """The rules of a saved model; earlier models hold ``clearance``, ``spread``, ``relevant``."""
+    rules: dict[str, TypeRules] = {}
+    for name in types:
+        entry = document[name]
+        if isinstance(entry, dict) and "relevant" in entry:
+            entry = _as_of_now(entry, field=f"{field}.{name}")
+        rules |= rules_from_document({"types": {name: entry}}).rules
+    return rules
 
-        Args:
-            unit: A hundredth of the table, set units.
-            others: What is known of the other types.
-        """
-        found = fit_clearance(nearest, valid, symbols, unit=unit, others=others)
-        if not _explains(found, nearest, valid):
-            # Labels that no choice of classes explains better than chance: nothing is known.
-            nothing = dict.fromkeys(symbols, 0.0)
-            return cls(nothing, nothing, nothing, (), tuple(symbols))
-        mean, spread = _moments(found)
-        silent = np.array([bool(np.isinf(nearest[:, k]).all()) for k in range(len(symbols))])
-        uninformed = set(found.rule.uninformed) | {
-            s for s, q in zip(symbols, silent, strict=True) if q
-        }
-        probability = {}
-        for name in symbols:
-            p = float(found.probability.get(name, 0.0))
-            # The point answer decides; the posterior says how sure it is.
-            inside = name in found.rule.value
-            probability[name] = max(p, 0.55) if inside else min(p, 0.45)
-        return cls(
-            probability,
-            {n: float(found.rule.value.get(n, mean[n])) for n in symbols},
-            {n: float(max(spread[n], 0.02 * unit)) for n in symbols},
-            tuple(n for n in symbols if n in found.rule.value),
-            tuple(n for n in symbols if n in uninformed),
-        )
 
-    def is_nested_in(self, other: FieldRule) -> bool:
-        """True where this type cares about fewer classes, and about those no more than `other`.
-
-        "No more": a clearance that is larger by at most twice the spread of both.
-        """
-        mine, others = set(self.relevant), set(other.relevant)
-        return mine < others and all(
-            self.clearance[n] - other.clearance[n] <= 2 * np.hypot(self.spread[n], other.spread[n])
-            for n in mine
-        )
-
-    def of_classes(self, classes: Mapping[str, float]) -> tuple[float, float, float]:
-        """Relevance, clearance and spread of a thing of uncertain class.
-
-        Args:
-            classes: Class → probability; what is missing to 1 is no thing at all. Classes that
-                the rule does not know count as irrelevant.
-        """
-        shares = {n: p * self.probability.get(n, 0.0) for n, p in classes.items()}
-        relevance = sum(shares.values())
-        if relevance <= 1e-9:
-            return 0.0, 0.0, 0.0
-        clearance = sum(w * self.clearance[n] for n, w in shares.items() if w > 0) / relevance
-        second = sum(
-            w * (self.spread[n] ** 2 + (self.clearance[n] - clearance) ** 2)
-            for n, w in shares.items()
-            if w > 0
-        )
-        return min(relevance, _SURE), clearance, float(np.sqrt(second / relevance))
-
-    def to_json(self) -> dict[str, Any]:
-        """As saved in a model's settings."""
+def _as_of_now(entry: dict[str, Any], *, field: str) -> dict[str, Any]:
+    try:
+        value = {str(n): entry["clearance"][n] for n in entry["relevant"]}
+        beside = {"probability": entry["probability"], "mean": entry["clearance"]}
         return {
-            "probability": dict(self.probability),
-            "clearance": dict(self.clearance),
-            "spread": dict(self.spread),
-            "relevant": list(self.relevant),
-            "uninformed": list(self.uninformed),
+            "clearance": {"value": value, "uninformed": entry["uninformed"]},
+            "evidence": {**beside, "spread": entry["spread"]},
         }
-
-    @classmethod
-    def from_json(cls, document: Any, *, field: str) -> FieldRule:
-        """The inverse of `to_json`; InputError names what is wrong."""
-        try:
-            parts = [
-                {str(k): float(v) for k, v in document[key].items()}
-                for key in ("probability", "clearance", "spread")
-            ]
-            names = [tuple(str(n) for n in document[key]) for key in ("relevant", "uninformed")]
-        except (KeyError, TypeError, ValueError, AttributeError) as error:
-            raise InputError("a rule of the field model", str(error), field=field) from None
-        if set(parts[0]) != set(parts[1]) or set(parts[0]) != set(parts[2]):
-            raise InputError("the same classes in each part", sorted(parts[0]), field=field)
-        return cls(parts[0], parts[1], parts[2], names[0], names[1])
+    except (KeyError, TypeError) as error:
+        raise InputError("a rule of the field model", str(error), field=field) from None
 
 
-def _explains(found: ClearanceFit, nearest: FloatArray, valid: FloatArray) -> bool:
+def _value(rules: TypeRules) -> Mapping[str, float]:
+    return {} if rules.clearance is None else rules.clearance.value
+
+
+def _explains(found: ClearanceFit, own: Evidence) -> bool:
     """Whether the rule agrees with its own labels by more than chance.
 
     Balanced accuracy beyond ½ by `_CLEARLY` standard errors of a coin: the fit chose among all
     subsets and clearances, so two would be little. Labels of one class need no explanation.
     """
-    ok = np.asarray(valid, dtype=bool)
+    ok = own.valid
     if ok.all() or not ok.any() or not found.rule.value:
         return True
-    kept = np.ones(len(ok), dtype=bool)
-    for k, name in enumerate(found.symbols):
-        if name in found.rule.value:
-            kept &= nearest[:, k] >= found.rule.value[name]
+    kept = ok.copy()
+    kept[list(found.contradicted)] ^= True
     agrees = 0.5 * (kept[ok].mean() + (~kept[~ok]).mean())
     error = 0.25 * np.sqrt(1.0 / ok.sum() + 1.0 / (~ok).sum())
     # With very few labels even full agreement is no proof, and all that there is.

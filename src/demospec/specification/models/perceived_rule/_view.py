@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 from demospec.demonstrations import Paths
 from demospec.errors import InputError
 from demospec.frames import FloatArray
+from demospec.rules import TypeRules
 from demospec.scene import Scene
 from demospec.specification.models.perceived_rule._paths import LogitMap
-from demospec.specification.models.perceived_rule._rule import FieldRule
+from demospec.specification.models.perceived_rule._rule import is_nested_in, of_classes
 
 if TYPE_CHECKING:
     from demospec.specification.models.perceived_rule._model import FieldModel
@@ -52,7 +53,7 @@ class Part:
 
 
 def logit_map(
-    parts: tuple[Part, ...], rule: FieldRule, shape: tuple[int, int]
+    parts: tuple[Part, ...], rule: TypeRules, shape: tuple[int, int]
 ) -> NDArray[np.float32]:
     """ℓ(p): log-odds that a path whose worst place is p is valid, (h, w).
 
@@ -63,7 +64,7 @@ def logit_map(
     keep = np.full(shape, np.log1p(-_WRONG))
     leak = np.full(shape, np.inf)
     for part in parts:
-        relevance, clearance, spread = rule.of_classes(part.classes)
+        relevance, clearance, spread = of_classes(rule, part.classes)
         if relevance <= 0.0:
             continue
         slope = _SLOPE / np.hypot(part.errors, spread)
@@ -106,12 +107,12 @@ class FieldView:
         uncertain class the mean clearance over the classes could say otherwise.
         """
         if type not in self._maps:
-            rules = self.model.rules
+            rules = self.model.rules.rules
             if type not in rules:
                 raise InputError(f"one of the types {', '.join(rules)}", type, field="type")
             values = logit_map(self.parts, rules[type], self.shape)
             for name, other in rules.items():
-                if rules[type].is_nested_in(other):
+                if is_nested_in(rules[type], other):
                     values = np.maximum(values, self.map_of(name).values)
             self._maps[type] = LogitMap(values, self.size, self.unit)
         return self._maps[type]
@@ -132,7 +133,7 @@ class FieldView:
         """(n, m, 2) → logits (n,) and ∂logit/∂paths (n, m, 2)."""
         return self.map_of(type).logits_and_gradients(paths)
 
-    def relevance(self, type: str) -> tuple[tuple[Part, float, float], ...]:
-        """(thing, probability that it matters to the type, its clearance), nearest first none."""
-        rule = self.model.rules[type]
-        return tuple((part, *rule.of_classes(part.classes)[:2]) for part in self.parts)
+    def relevance(self, type: str) -> tuple[tuple[Part, float, float, float], ...]:
+        """Every thing with its relevance to the type, clearance, and standard deviation of that."""
+        rule = self.model.rules.of_type(type)
+        return tuple((part, *of_classes(rule, part.classes)) for part in self.parts)
