@@ -199,7 +199,7 @@ def _read(
 
         return read_hdf5(path, mapping, progress, pictures)
     if kind == "ros":
-        from demospec.demonstrations.readers._ros import read_bags
+        from demospec.demonstrations.readers.ros._reader import read_bags
 
         return read_bags(path, mapping, progress, pictures)
     from demospec.demonstrations.readers._drawn import read_cvat, read_label_studio
