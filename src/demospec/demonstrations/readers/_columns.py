@@ -53,7 +53,12 @@ def columns_of(recordings: list[Recording], mapping: Mapping) -> list[Columns]:
     known: dict[object, Columns] = {}
     out = []
     for recording in recordings:
-        key = (recording.columns, tuple(sorted(recording.units.items())), recording.ordered)
+        key = (
+            recording.columns,
+            tuple(sorted(recording.units.items())),
+            recording.ordered,
+            recording.grouped,
+        )
         if key not in known:
             known[key] = _columns(recording, mapping)
         out.append(known[key])
@@ -110,7 +115,7 @@ def _positions(recording: Recording, names: list[ColumnName], mapping: Mapping) 
                 both = f"{names[group[name.axis]].written}, {name.written}"
                 raise _unclear(recording, f"one column for {name.axis}", both)
             group[name.axis] = j
-    if mapping.path is not None and recording.cells is not None and groups:
+    if mapping.path is not None and recording.grouped and groups:
         groups = _named_group(recording, groups, names, mapping.path)
     if not groups:
         return _nameless(recording, names)

@@ -20,6 +20,7 @@ from demospec.demonstrations.readers._recording import (
     Recording,
     Source,
     folders_between,
+    shorten_names,
     wanted_files,
 )
 from demospec.errors import InputError
@@ -52,6 +53,7 @@ def read_json(path: Path, mapping: How, progress: Progress, left_out: tuple[Path
     for i, file in enumerate(files):
         _read_file(file, root, mapping, source, path.is_dir())
         progress("read", i + 1, len(files))
+    shorten_names(source)
     count = len(source.recordings)
     files_read = f" from {len(files)} files" if path.is_dir() else ""
     source.notes.insert(0, f"read: {count} demonstrations{files_read}")
@@ -142,7 +144,7 @@ def _recording(
 ) -> Recording:
     own = stem if row is None else f"{stem}-{row}"
     if isinstance(item, list):
-        return _of_points(item, own, "points", row, path, mapping, source)
+        return _of_points(item, own, "list", row, path, mapping, source)
     if not isinstance(item, dict):
         raise InputError("an object or a list of points", type(item).__name__, file=path, row=row)
     key = _path_key(item, mapping)

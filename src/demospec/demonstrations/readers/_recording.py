@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator
 from collections.abc import Mapping as MappingType
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any, Protocol
@@ -71,6 +71,7 @@ class Recording:
         clock: Where `t` came from; None where the format fixes seconds.
         cells: The columns of a table of text, read on demand.
         ordered: The format says that nameless columns are x, y, z in this order.
+        grouped: The mapping's `path` is the beginning of the names of the columns to read.
     """
 
     name: str
@@ -86,6 +87,7 @@ class Recording:
     clock: Clock | None = None
     cells: Cells | None = None
     ordered: bool = True
+    grouped: bool = False
 
     def complain(self, expected: str, found: object, name: str | None = None) -> InputError:
         """An `InputError` about this recording."""
@@ -215,6 +217,14 @@ class Pictures:
         except OSError as error:
             raise OutputError(f"{file}: cannot write: {error.strerror or error}") from error
         return Picture(file=file)
+
+
+def shorten_names(source: Source) -> None:
+    """Without the folders where the last part of every name is unique."""
+    short = [r.name.rsplit("/", 1)[-1] for r in source.recordings]
+    if len(set(short)) == len(short):
+        pairs = zip(short, source.recordings, strict=True)
+        source.recordings = [replace(r, name=s) for s, r in pairs]
 
 
 def wanted_files(

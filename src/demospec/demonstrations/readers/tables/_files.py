@@ -13,6 +13,7 @@ from demospec.demonstrations.readers._recording import (
     Source,
     folders_between,
     path_array,
+    shorten_names,
     wanted_files,
 )
 from demospec.demonstrations.readers.tables._cells import RowFields, Rows
@@ -55,7 +56,7 @@ def read_tables(
         source.recordings += _read_file(file, root, mapping, source)
         progress("read", i + 1, len(files))
     source.notes.insert(0, f"read: {len(source.recordings)} recordings from {len(files)} files")
-    _shorten_names(source)
+    shorten_names(source)
     return source
 
 
@@ -76,7 +77,7 @@ def _read_file(file: Path, root: Path, mapping: Mapping, source: Source) -> list
     layout = layout_of(data, mapping, file)
     if layout is None:
         table = table_of(data, find_header(data, mapping, file), mapping, file)
-        return _recordings(table, name, folders, file, mapping)
+        return [replace(r, grouped=True) for r in _recordings(table, name, folders, file, mapping)]
     source.notes += [f"{file.name}, {note}" for note in layout.notes]
     source.up = source.up or layout.up
     if layout.world_units is not None and mapping.units is None:
@@ -107,11 +108,3 @@ def _recordings(
     if episodes is None:
         return [of(name, np.arange(len(table.cells)), None)]
     return [of(e.name, e.rows, f"demonstration {e.name}") for e in episodes]
-
-
-def _shorten_names(source: Source) -> None:
-    """Without the folders where the last part of every name is unique."""
-    short = [r.name.rsplit("/", 1)[-1] for r in source.recordings]
-    if len(set(short)) == len(short):
-        pairs = zip(short, source.recordings, strict=True)
-        source.recordings = [replace(r, name=s) for s, r in pairs]
