@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 import shutil
 import sys
+from collections.abc import Mapping
+from functools import cache
 from importlib import metadata
 from importlib.util import find_spec
 from pathlib import Path
@@ -88,8 +90,12 @@ def _version_of_import(package: str) -> str | None:
         return _version(package)
     if find_spec(package) is None:
         return None
-    names = metadata.packages_distributions().get(package, [package])
-    return _version(names[0])
+    return _version(_distributions().get(package, [package])[0])
+
+
+@cache
+def _distributions() -> Mapping[str, list[str]]:
+    return metadata.packages_distributions()
 
 
 def _system() -> dict[str, str | None]:
