@@ -7,6 +7,7 @@ viewer (up in the picture), origin at the picture's bottom-left outer corner.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -56,11 +57,60 @@ class PixelFrame:
         return length_px * self._scale()
 
 
-def describe_length(length_px: float, metres_per_unit: float | None, units: str = "px") -> str:
-    """A length for people: ``37 px (14.8 cm)``, or ``37 px`` where the scale is unknown."""
-    number = f"{length_px:.1f}".rstrip("0").rstrip(".")
-    if units == "m":
-        return f"{length_px * 100:.1f} cm"
-    if metres_per_unit is None:
-        return f"{number} {units}"
-    return f"{number} {units} ({length_px * metres_per_unit * 100:.1f} cm)"
+METRES: Mapping[str, float] = {"m": 1.0, "cm": 0.01, "mm": 0.001}
+"""Units that are lengths by themselves."""
+
+
+def metres_of_unit(units: str, metres_per_unit: float | None) -> float | None:
+    """Metres that one unit of a set is long, or None where nobody said."""
+    return METRES.get(units, metres_per_unit)
+
+
+def describe_length(
+    length: float,
+    metres_per_unit: float | None,
+    units: str = "px",
+    *,
+    interval: tuple[float, float] | None = None,
+) -> str:
+    """A length for people: ``4.1 cm``; with its interval ``4.1 cm (3.9 to 4.3)``.
+
+    In mm, cm or m, whichever suits; in the set's own unit where the scale is unknown. Two
+    significant digits, more where the rounded value would lie outside its interval, or the
+    interval's ends would read alike.
+
+    Args:
+        length: In `units`.
+        interval: Ends in `units`; an end that does not exist is infinite.
+    """
+    scale = metres_of_unit(units, metres_per_unit)
+    factor, name = 1.0, units
+    if scale is not None:
+        size = abs(length) * scale
+        name = "mm" if size < 0.00995 else "cm" if size < 0.995 else "m"
+        factor = scale / METRES[name]
+    value = length * factor
+    if interval is None:
+        return f"{_rounded(value, 2).removesuffix('.0')} {name}"
+    low, high = (end * factor for end in interval)
+    digits = next((d for d in range(2, 7) if low <= float(_rounded(value, d)) <= high), 7)
+    text = f"{_rounded(value, digits)} {name}"
+    if not np.isfinite(high):
+        return text if not np.isfinite(low) else f"{text} ({_rounded(low, digits)} or more)"
+    if not np.isfinite(low):
+        return f"{text} ({_rounded(high, digits)} or less)"
+    digits = next(
+        (d for d in range(digits, 7) if _rounded(low, d) != _rounded(high, d) or low == high), 7
+    )
+    return f"{text} ({_rounded(low, digits)} to {_rounded(high, digits)})"
+
+
+def _rounded(value: float, digits: int) -> str:
+    """A number with so many significant digits, never in powers of ten."""
+    if value == 0.0:
+        return "0"
+    places = max(0, digits - 1 - int(np.floor(np.log10(abs(value)) + 1e-12)))
+    text = f"{value:.{min(places, 12)}f}"
+    if "." in text and float(text) == 0.0:
+        return "0"
+    return text

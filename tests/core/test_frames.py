@@ -37,5 +37,8 @@ def test_unknown_scale_is_said() -> None:
 
 
 def test_lengths_for_people() -> None:
-    assert describe_length(37, 0.004) == "37 px (14.8 cm)"
-    assert describe_length(37.25, None) == "37.2 px"
+    assert describe_length(37, 0.004) == "15 cm"
+    assert describe_length(0.0405, None, "m", interval=(0.0377, 0.0436)) == "4.0 cm (3.8 to 4.4)"
+    assert describe_length(2.94, None, interval=(2.93, 2.99)) == "2.94 px (2.93 to 2.99)"
+    assert describe_length(8, 0.0005, interval=(6, float("inf"))) == "4.0 mm (3.0 or more)"
+    assert describe_length(37.25, None) == "37 px"

@@ -48,10 +48,10 @@ def test_learn_write_read_judge(tmp_path: Path) -> None:
         )
     assert learnt.rules["normal"].clearance is not None
     assert learnt.rules["normal"].clearance.relevant == ("glass",)
-    assert "nothing else matters" in learnt.rules["normal"].sentence
-    assert "cm) from glasses" in learnt.rules["normal"].sentence
+    assert "of what is listed, nothing else is needed" in learnt.rules["normal"].sentence
+    assert ") from glasses" in learnt.rules["normal"].sentence
     assert learnt.rules["aggressive"].sentence.startswith(
-        "no demonstration was rejected: nothing is known to matter"
+        "no demonstration was rejected: what matters is not known"
     )
     assert (again.see(place).p_valid(paths, "aggressive") == 1).all()
 

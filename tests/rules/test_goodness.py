@@ -2,13 +2,32 @@
 
 from __future__ import annotations
 
+import importlib.util
+import sys
 from collections import Counter
+from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import pytest
 
+from demospec.demonstrations import DemonstrationSet
+from demospec.rules import learn_rules
 from demospec.rules._goodness import goodness_of_fit
 from demospec.rules._residuals import Covariate, scan_residuals
+
+
+def worlds() -> ModuleType:
+    """The generator of simulated people in benchmarks/worlds.py."""
+    if "worlds" not in sys.modules:
+        file = Path(__file__).parents[2] / "benchmarks" / "worlds.py"
+        spec = importlib.util.spec_from_file_location("worlds", file)
+        assert spec is not None
+        assert spec.loader is not None
+        module = importlib.util.module_from_spec(spec)
+        sys.modules["worlds"] = module
+        spec.loader.exec_module(module)
+    return sys.modules["worlds"]
 
 
 @pytest.mark.parametrize("share", [0.2, 0.5, 0.8])
@@ -49,7 +68,7 @@ def test_more_distance_that_is_rejected_is_not_explained() -> None:
         predicted=np.full(60, valid.mean()),
         wrong=~valid,
         margin=np.full(60, np.inf),
-        covariates=[Covariate("distance", "glass", safe[:, 0])],
+        covariates=lambda: [Covariate("distance", "glass", safe[:, 0])],
     )
     assert fit.verdict == "not"
     assert [s.feature for s in fit.suspects] == ["near"]
@@ -80,3 +99,17 @@ def test_noise_that_grows_near_the_threshold_accuses_nothing() -> None:
         residual = valid - (margin >= 0).astype(float)
         accused += len(scan_residuals(residual, margin, [covariate], seed=seed))
     assert accused <= 3
+
+
+@pytest.mark.parametrize("kind", ["one class", "sd 1", "coin 50 %", "speed", "one side"])
+def test_people_are_understood_or_not(kind: str) -> None:
+    w = worlds()
+    data = w.sample(kind, 3)
+    assert isinstance(data, DemonstrationSet)
+    (rules,) = learn_rules(data, influence=False).rules.values()
+    fit = rules.fit
+    assert fit is not None
+    expected = {"in": {"explains"}, "noisy": {"explains"}, "coin": {"not"}}
+    assert fit.verdict in expected.get(w.KINDS[kind].family, {"partly", "not"})
+    if w.KINDS[kind].family == "out":
+        assert fit.suspects[0].feature == w.KINDS[kind].suspect

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -89,6 +90,11 @@ def _clearance(document: dict[str, Any]) -> ProblemAnswer:
         metres_per_unit=scale,
         units=units,
         distance=problem.distance,
+        interval={
+            s: (-math.inf if a is None else a, math.inf if b is None else b)
+            for s, (a, b) in answer["interval"].items()
+        },
+        undecided=answer["undecided"],
     )
     header = ("class", "matters", "clearance", "at least", "at most")
     return ProblemAnswer(answer, header, rows, (text,))

@@ -10,6 +10,7 @@ from typing import Any, cast
 
 from demospec.errors import InputError
 from demospec.files import read_json
+from demospec.rules._goodness import fit_from_json
 from demospec.rules._rule_set import ANYONE, ClearanceRule, RuleSet, TypeRules
 from demospec.rules.clearance._measure import Distance
 
@@ -33,6 +34,8 @@ def _type_document(rule: TypeRules) -> dict[str, Any]:
         "influence": rule.influence,
         "sentence": rule.sentence,
         "evidence": dict(rule.evidence),
+        "undecided": list(rule.evidence.get("undecided", ())),
+        **({} if rule.fit is None else {"fit": rule.fit.to_json()}),
     }
 
 
@@ -131,7 +134,8 @@ def _type_rules(entry: Mapping[str, Any], at: str) -> TypeRules:
 
             check_influence(influence, f"{at}.influence")
     rule = None if clearance is None else _clearance(_mapping(clearance, f"{at}.clearance"), at)
-    return TypeRules(rule, influence, sentence, evidence)
+    fitted = None if entry.get("fit") is None else fit_from_json(entry["fit"], f"{at}.fit")
+    return TypeRules(rule, influence, sentence, evidence, fitted)
 
 
 def _clearance(entry: Mapping[str, Any], at: str) -> ClearanceRule:

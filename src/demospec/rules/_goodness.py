@@ -7,15 +7,17 @@ demonstrations, since every permutation has that share.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from typing import Any, Literal
 
 import numpy as np
 
+from demospec.errors import InputError
 from demospec.frames import FloatArray
 from demospec.rules._residuals import Covariate, Suspect, scan_residuals
+from demospec.rules._sentences import contradictions
 from demospec.rules.clearance._version_space import BoolArray
 
 Verdict = Literal["explains", "partly", "not"]
@@ -64,6 +66,72 @@ class Fit:
         }
 
 
+def fit_from_json(document: Any, field: str) -> Fit:
+    """`Fit.to_json` undone.
+
+    Raises:
+        InputError: Something else.
+    """
+    if not isinstance(document, Mapping):
+        raise InputError("an object {…}", document, field=field)
+    verdict = document.get("verdict")
+    if verdict not in ("explains", "partly", "not"):
+        raise InputError("explains, partly or not", verdict, field=f"{field}.verdict")
+    suspects = document.get("suspects", [])
+    if not isinstance(suspects, list) or not all(isinstance(s, Mapping) for s in suspects):
+        raise InputError("a list of objects {…}", suspects, field=f"{field}.suspects")
+    share, chance = document.get("explained"), document.get("chance")
+    return Fit(
+        verdict,
+        None if share is None else _number(share, f"{field}.explained"),
+        int(_number(document.get("contradicted", 0), f"{field}.contradicted")),
+        int(_number(document.get("n", 0), f"{field}.n")),
+        None if chance is None else _number(chance, f"{field}.chance"),
+        _number(document.get("p_chance", 1.0), f"{field}.p_chance"),
+        tuple(
+            Suspect(
+                str(s.get("feature")),
+                None if s.get("of") is None else str(s["of"]),
+                _number(s.get("p"), f"{field}.suspects.p"),
+                str(s.get("note", "")),
+            )
+            for s in suspects
+        ),
+    )
+
+
+def _number(value: Any, field: str) -> float:
+    wrong = isinstance(value, bool) or not isinstance(value, int | float)
+    if wrong or not abs(value) <= 1e9:
+        raise InputError("a finite number of size at most 1e+09", value, field=field)
+    return float(value)
+
+
+def with_doubt(sentence: str, fit: Fit) -> str:
+    """A rule's sentence with what the test of its fit says."""
+    n = fit.n
+    if fit.verdict == "not" and fit.explained is not None:
+        text = "distance to the listed objects does not explain this person's answers "
+        if fit.contradicted:
+            chance = "" if fit.chance is None else f"; chance would give {fit.chance:.0f}"
+            text += f"({fit.contradicted} of {n} contradict the best rule{chance})"
+        else:
+            text += f"(so few agree with some rule by chance: p = {fit.p_chance:.2g})"
+        return text + _suspected(fit, "what goes with the answers")
+    if fit.contradicted:
+        sentence += f"; {contradictions(fit.contradicted, n)}"
+    return sentence + _suspected(fit, "what goes with the rest")
+
+
+def _suspected(fit: Fit, words: str) -> str:
+    if not fit.suspects:
+        return ""
+    named = [
+        f"{s.feature}{f' of {s.of}' if s.of else ''} (p = {s.p:.2g})" for s in fit.suspects[:3]
+    ]
+    return f"; {words}: {', '.join(named)}"
+
+
 def goodness_of_fit(
     safe: FloatArray,
     valid: BoolArray,
@@ -71,7 +139,7 @@ def goodness_of_fit(
     predicted: FloatArray,
     wrong: BoolArray,
     margin: FloatArray,
-    covariates: Sequence[Covariate] = (),
+    covariates: Callable[[], Sequence[Covariate]] = tuple,
     draws: int = _DRAWS,
     seed: int = 0,
 ) -> Fit:
@@ -83,7 +151,7 @@ def goodness_of_fit(
         predicted: (n,) probability of acceptance that the fit gives.
         wrong: (n,) labels that the named rule contradicts.
         margin: (n,) by how much each demonstration keeps the rule; +inf where nothing matters.
-        covariates: What else the answers may depend on.
+        covariates: What else the answers may depend on; asked for where labels are contradicted.
         draws: Permutations of the labels.
 
     Source:
@@ -99,16 +167,18 @@ def goodness_of_fit(
     p_chance = float((1 + (score[1:] >= score[0] - 1e-9).sum()) / (1 + draws))
     chance = float(errors[1:].mean())
     explained = float(np.clip(1.0 - missed / chance, 0.0, 1.0)) if chance > 0 else 1.0
+    failed = p_chance > CHANCE or explained == 0.0
+    if failed:  # the rule is nothing to go by: what do the answers themselves go with?
+        predicted, margin = np.full(n, valid.mean()), np.full(n, np.inf)
     suspects: tuple[Suspect, ...] = ()
-    if missed:
+    if missed or failed:
         residual = valid.astype(np.float64) - predicted
-        suspects = scan_residuals(residual, margin, covariates, draws=draws, seed=seed)
-    if p_chance > CHANCE or explained == 0.0:
-        verdict: Verdict = "not"
+        suspects = scan_residuals(residual, margin, covariates(), draws=draws, seed=seed)
+    verdict: Verdict = "explains"
+    if failed:
+        verdict = "not"
     elif explained < EXPLAINED or suspects:
         verdict = "partly"
-    else:
-        verdict = "explains"
     return Fit(verdict, explained, missed, n, chance, p_chance, suspects)
 
 

@@ -12,6 +12,8 @@ from demospec.frames import describe_length
 from demospec.progress import Progress, silent
 from demospec.rules._evidence import Evidence
 from demospec.rules._fit import FitMemory, Posterior, fit
+from demospec.rules._fit_test import test_fit
+from demospec.rules._goodness import Fit, with_doubt
 from demospec.rules._measurement import Measure, Passing, evidence_of
 from demospec.rules._rule_set import ANYONE, RuleSet, TypeRules
 from demospec.rules._sentences import clearance_words, listed, plural
@@ -103,11 +105,14 @@ def _type_rules(
         answer, reason = influence_answer(data, own.rows, valid, chosen)
         words = "" if answer is None else influence_words(answer, data.metres_per_unit)
         evidence["influence"] = words or reason
-    return TypeRules(fit.rule, answer, type_sentence(data, fit, own), evidence)
+    tested = test_fit(data, own, fit)
+    return TypeRules(fit.rule, answer, type_sentence(data, fit, own, tested), evidence, tested)
 
 
-def type_sentence(data: DemonstrationSet, fit: ClearanceFit, own: Evidence) -> str:
-    """The clearance rule of one type in plain words."""
+def type_sentence(
+    data: DemonstrationSet, fit: ClearanceFit, own: Evidence, tested: Fit | None = None
+) -> str:
+    """The clearance rule of one type in plain words, with its doubt where it was tested."""
     scale, units, valid = data.metres_per_unit, data.units, own.valid
     if valid.all():
         return _positive_only(fit, scale, units, own.unit)
@@ -118,24 +123,21 @@ def type_sentence(data: DemonstrationSet, fit: ClearanceFit, own: Evidence) -> s
         metres_per_unit=scale,
         units=units,
         distance=fit.rule.distance,
+        interval=fit.rule.interval,
+        undecided=fit.undecided,
     )
     if not valid.any():
-        text += "; no demonstration was accepted, so that larger distances are not ruled out"
-    if fit.contradicted:
-        text += f"; {len(fit.contradicted)} of {len(valid)} demonstrations contradict this"
-    return text
+        return f"{text}; no demonstration was accepted, so that larger distances are not ruled out"
+    return text if tested is None else with_doubt(text, tested)
 
 
 def _positive_only(fit: ClearanceFit, scale: float | None, units: str, unit: float) -> str:
-    """What accepted demonstrations alone say: nothing matters for all that is known."""
-    text = "no demonstration was rejected: nothing is known to matter"
+    """What accepted demonstrations alone say: what matters is not known."""
+    text = "no demonstration was rejected: what matters is not known"
     kept = {s: c for s, c in fit.at_most.items() if 0.05 * unit < c < np.inf}
     if kept:
         parts = [
-            f"{describe_length(c, scale, units)} to {plural(s)}" for s, c in sorted(kept.items())
+            f"{describe_length(c, scale, units)} from {plural(s)}" for s, c in sorted(kept.items())
         ]
-        text += (
-            f" (the nearest that any came is {listed(parts)}: "
-            "a larger distance is not needed, a smaller one may do)"
-        )
+        text += f" (as near as {listed(parts)} was accepted; nearer may be, too)"
     return text

@@ -11,6 +11,7 @@ import numpy as np
 from demospec.demonstrations import Paths
 from demospec.errors import InputError
 from demospec.frames import FloatArray
+from demospec.rules._goodness import Fit
 from demospec.rules.clearance._measure import (
     DensePaths,
     Distance,
@@ -115,12 +116,15 @@ class TypeRules:
         influence: The influence answer (JSON document) for the same type, or None.
         sentence: Both in plain words.
         evidence: Further fields of the JSON document: counts, probabilities, contradictions.
+        fit: How well the rule fits the labels that it was learned from; None where it was not
+            learned.
     """
 
     clearance: ClearanceRule | None = None
     influence: Any | None = None
     sentence: str = ""
     evidence: Mapping[str, Any] = field(default_factory=dict)
+    fit: Fit | None = None
 
 
 @dataclass(frozen=True)

@@ -35,39 +35,49 @@ def clearance_words(
     metres_per_unit: float | None,
     units: str = "px",
     distance: str = "footprint",
+    interval: Mapping[str, tuple[float, float]] | None = None,
+    undecided: Sequence[str] = (),
 ) -> str:
-    """``keeps at least 3 px (2.5 cm) from glasses; nothing else matters``.
+    """``keeps about 4.1 cm (3.9 to 4.3) from glasses; of what is listed, nothing else is needed``.
 
     Args:
         value: Class that matters → clearance, set units.
         symbols: All classes the rule could have named.
         uninformed: Classes that no demonstration says anything about.
+        interval: Class → ends of its clearance, where they are known.
+        undecided: Classes that some rules consistent with all demonstrations need and others
+            leave out.
     """
-    groups: list[tuple[str, list[str]]] = []
-    for symbol, c in value.items():
-        length = describe_length(round(c, 1), metres_per_unit, units)
-        for known, members in groups:
-            if known == length:
-                members.append(symbol)
-                break
-        else:
-            groups.append((length, [symbol]))
     where = "the centre of " if distance == "center" else ""
-    parts = [
-        f"{length} from {where}{listed([plural(s) for s in members])}" for length, members in groups
-    ]
-    if not parts:
-        text = "keeps no distance from anything"
-    else:
-        text = f"keeps at least {listed(parts)}"
+    parts = []
+    for c in dict.fromkeys(value.values()):
+        members = [s for s, kept in value.items() if kept == c]
+        ends = _common([interval[s] for s in members if s in interval]) if interval else None
+        length = describe_length(c, metres_per_unit, units, interval=ends)
+        about = "about " if ends is None or ends[0] < ends[1] else ""
+        parts.append(f"{about}{length} from {where}{listed([plural(s) for s in members])}")
+    text = f"keeps {listed(parts)}" if parts else "keeps no distance from what is listed"
     others = [s for s in symbols if s not in value]
-    known_others = [s for s in others if s not in uninformed]
+    open_ = [s for s in others if s in undecided and s not in uninformed]
     unknown = [s for s in others if s in uninformed]
-    if value and others and not unknown:
-        text += "; nothing else matters"
-    elif value and known_others:
-        verb = "do" if known_others else "does"
-        text += f"; {listed([plural(s) for s in known_others])} {verb} not matter"
+    settled = [s for s in others if s not in open_ and s not in unknown]
+    if settled and parts:
+        text += "; of what is listed, nothing else is needed"
+    if open_:
+        text += f"; whether {listed([plural(s) for s in open_])} matter is not decided"
     if unknown:
         text += f"; nothing is known about {listed([plural(s) for s in unknown])}"
     return text
+
+
+def _common(ends: Sequence[tuple[float, float]]) -> tuple[float, float] | None:
+    """The interval of one clearance that several classes share: what all of theirs hold."""
+    if not ends:
+        return None
+    low, high = max(a for a, _ in ends), min(b for _, b in ends)
+    return (low, high) if low <= high else None
+
+
+def contradictions(count: int, n: int) -> str:
+    """``1 of 16 demonstrations contradicts this``."""
+    return f"{count} of {n} demonstrations contradict{'s' if count == 1 else ''} this"
