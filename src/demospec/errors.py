@@ -48,12 +48,13 @@ class InputError(DemospecError):
         if self.file is not None:
             where.append(_short(self.file, 300))
         if row is not None:
-            where.append(str(row) if str(row).startswith("line ") else f"row {row}")
+            place = _short(str(row))
+            where.append(place if place.startswith("line ") else f"row {place}")
         if field is not None:
             where.append(field)
-        place = ", ".join(where)
+        places = ", ".join(where)
         line = f"expected {expected}, found {self.found}"
-        super().__init__(f"{place}: {line}" if place else line)
+        super().__init__(f"{places}: {line}" if places else line)
 
     def at(
         self,

@@ -67,7 +67,7 @@ def _reaches(item: SceneObject, width: int, height: int) -> bool:
 
 
 def rescale(data: DemonstrationSet, factor: float, *, units: str | None = None) -> DemonstrationSet:
-    """Every length times `factor`: points (x, y, z), objects, pictures; the scale follows.
+    """Every length times `factor`: points (x, y, z, speed), objects, pictures; the scale follows.
 
     Args:
         factor: > 0. Pictures are resampled to the nearest whole size.
@@ -76,7 +76,7 @@ def rescale(data: DemonstrationSet, factor: float, *, units: str | None = None) 
     if not (np.isfinite(factor) and factor > 0):
         raise InputError("a number > 0", factor, field="factor")
     flat = data.demonstrations.flat.copy()
-    lengths = [i for i, name in enumerate(data.columns) if name in ("x", "y", "z")]
+    lengths = [i for i, name in enumerate(data.columns) if name in ("x", "y", "z", "speed")]
     flat[:, lengths] *= factor
     scale = data.metres_per_unit
     return replace(

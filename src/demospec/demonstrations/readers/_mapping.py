@@ -15,6 +15,9 @@ Point = Annotated[list[Coordinate], Field(min_length=2, max_length=3)]
 Pair = Annotated[list[Annotated[list[Coordinate], Field(min_length=2, max_length=3)]],
                  Field(min_length=2, max_length=2)]  # fmt: skip
 
+Entry = Annotated[float, Field(ge=-1e12, le=1e12, allow_inf_nan=False)]
+"""A number of a homography."""
+
 
 class _Closed(BaseModel):
     # A misspelt key would otherwise be ignored in silence.
@@ -44,7 +47,7 @@ class ProjectionMapping(_Closed):
     plane: Literal["xy", "xz", "yz", "zx"] | PlaneMapping = "xy"
     homography: (
         Annotated[
-            list[Annotated[list[float], Field(min_length=3, max_length=3)]],
+            list[Annotated[list[Entry], Field(min_length=3, max_length=3)]],
             Field(min_length=3, max_length=3),
         ]
         | None
@@ -102,7 +105,7 @@ class Mapping(_Closed):
     drop_missing: bool = False
     """Leave out points with a missing coordinate (lost tracking) instead of refusing them."""
     units: Literal["px", "m", "cm", "mm"] | None = None
-    metres_per_unit: Annotated[float, Field(gt=0, allow_inf_nan=False)] | None = None
+    metres_per_unit: Annotated[float, Field(ge=1e-9, le=1e6, allow_inf_nan=False)] | None = None
     projection: ProjectionMapping | None = None
     scene: Name = "auto"
     type: Name = "auto"

@@ -162,4 +162,8 @@ def _steps(table: TextTable) -> FloatArray | None:
         points = np.stack([table.cells.numbers(j) for j in places], axis=1)
     except InputError:
         return None  # named when it is read
-    return np.asarray(np.nan_to_num(np.linalg.norm(np.diff(points, axis=0), axis=1)))
+    with np.errstate(
+        over="ignore", invalid="ignore"
+    ):  # numbers that are refused where they are read
+        steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    return np.asarray(np.nan_to_num(steps))

@@ -47,7 +47,7 @@ def layout_of(data: bytes, how: Mapping, file: Path) -> Layout | None:
     """
     if how.header_row is not None:
         return None
-    head = head_of(data, how.skip_rows)
+    head = head_of(data, file, how.skip_rows)
     readers: list[Callable[[bytes, list[Line], Mapping, Path], Layout | None]] = [
         _motive, _deeplabcut, _kinovea, _tracker,
     ]  # fmt: skip
@@ -158,7 +158,7 @@ def _kinovea(data: bytes, head: list[Line], how: Mapping, file: Path) -> Layout 
         return None
     sections: list[tuple[str, list[Line]]] = []
     name, open_section = "", False
-    for line in lines_of(data):
+    for line in lines_of(data, file):
         text = line.text.strip()
         if text.startswith("#"):
             title = text.lstrip("#").strip()

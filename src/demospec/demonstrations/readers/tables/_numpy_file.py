@@ -68,10 +68,10 @@ def read_npz(file: Path, name: str, folders: tuple[str, ...], mapping: Mapping) 
     arrays: dict[str, np.ndarray] = {}
     try:
         with zipfile.ZipFile(io.BytesIO(read_bytes(file))) as archive:
+            whole = sum(item.file_size for item in archive.infolist())
+            if whole > 8 * MAX_NUMBERS:
+                raise InputError(f"at most {8 * MAX_NUMBERS} bytes of arrays", whole, file=file)
             for item in archive.infolist():
-                if item.file_size > 8 * MAX_NUMBERS:
-                    expected = f"at most {8 * MAX_NUMBERS} bytes in an array"
-                    raise InputError(expected, item.file_size, file=file, field=item.filename)
                 data = io.BytesIO(archive.read(item))
                 arrays[item.filename.removesuffix(".npy")] = _load_array(data, file)
     except (zipfile.BadZipFile, OSError, EOFError, NotImplementedError, RuntimeError, ValueError,

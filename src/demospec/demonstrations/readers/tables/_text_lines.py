@@ -19,6 +19,9 @@ MAX_BYTES = 1 << 28
 MAX_COLUMNS = 10_000
 """More columns are taken for a broken or hostile file."""
 
+MAX_LINE = 1 << 20
+"""Bytes of a line at the beginning; a longer one is taken for a broken or hostile file."""
+
 HEAD_LINES = 64
 """Lines at the beginning that say how the rest is written."""
 
@@ -86,22 +89,34 @@ def _encoding(data: bytes) -> str:
     return "utf-8"
 
 
-def lines_of(data: bytes) -> Iterator[Line]:
-    """The lines of UTF-8 text, one after the other."""
+def lines_of(data: bytes, file: Path) -> Iterator[Line]:
+    """The lines of UTF-8 text, one after the other.
+
+    Raises:
+        InputError: A line of more than `MAX_LINE` bytes.
+    """
     start, number = 0, 0
     ends = re.finditer(rb"\r\n|\r|\n", data)
     while start < len(data):
         match = next(ends, None)
         stop, end = (len(data), len(data)) if match is None else match.span()
         number += 1
+        if stop - start > MAX_LINE:
+            found = f"{stop - start} bytes"
+            raise InputError(f"lines of at most {MAX_LINE} bytes", found, file=file,
+                             row=f"line {number}")  # fmt: skip
         yield Line(number, data[start:stop].decode("utf-8"), end)
         start = end
 
 
-def head_of(data: bytes, first: int = 0) -> list[Line]:
-    """The first lines that are not blank, from line number `first` + 1 on; comments included."""
+def head_of(data: bytes, file: Path, first: int = 0) -> list[Line]:
+    """The first lines that are not blank, from line number `first` + 1 on; comments included.
+
+    Raises:
+        InputError: A line of more than `MAX_LINE` bytes.
+    """
     out: list[Line] = []
-    for line in lines_of(data):
+    for line in lines_of(data, file):
         if line.number > first and not line.blank:
             out.append(line)
             if len(out) >= HEAD_LINES:
@@ -125,6 +140,9 @@ def delimiter_of(lines: list[Line], file: Path) -> str:
     sample = [line.text for line in lines if not line.text.lstrip().startswith("#")][:20]
     if not sample:
         raise InputError("at least one line", "none", file=file)
+    widest = max(max(text.count(d) for d in DELIMITERS) for text in sample)
+    if widest >= MAX_COLUMNS:
+        raise InputError(f"at most {MAX_COLUMNS} columns", widest + 1, file=file)
     best, best_score = ",", (0.0, 0.0)
     for delimiter in (*DELIMITERS, " "):
         rows = [split(text, delimiter) for text in sample]
@@ -137,7 +155,4 @@ def delimiter_of(lines: list[Line], file: Path) -> str:
         score = (widths.count(usual) / len(rows), numbers / max(1, len(cells)))
         if score > best_score:
             best, best_score = delimiter, score
-    if max(len(split(text, best)) for text in sample) > MAX_COLUMNS:
-        found = max(len(split(text, best)) for text in sample)
-        raise InputError(f"at most {MAX_COLUMNS} columns", found, file=file)
     return best

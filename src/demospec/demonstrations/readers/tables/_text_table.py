@@ -74,7 +74,7 @@ def read_csv(file: Path, mapping: Mapping | None = None) -> TextTable:
 
 def find_header(data: bytes, how: Mapping, file: Path) -> Header:
     """Where the rows begin, and what their columns are called."""
-    head = head_of(data, how.skip_rows)
+    head = head_of(data, file, how.skip_rows)
     if isinstance(how.header_row, int):
         head = [line for line in head if line.number >= how.header_row]
         if not head or head[0].number != how.header_row:
@@ -170,7 +170,7 @@ def table_of(data: bytes, header: Header, how: Mapping, file: Path) -> TextTable
     """The table below a header."""
     body = _without_comments(data[header.body :])
     first_line = data.count(b"\n", 0, header.body) or data.count(b"\r", 0, header.body)
-    line = _line_numbers(body, first_line)
+    line = _line_numbers(body, first_line, file)
     columns = _columns(body, header, line, file)
     names, columns, units = _named(header, columns, file)
     cells = TextColumns(
@@ -185,13 +185,13 @@ def _without_comments(body: bytes) -> bytes:
     return re.sub(rb"(?m)^[ \t]*#[^\r\n]*", b"", body)
 
 
-def _line_numbers(body: bytes, first_line: int) -> Callable[[int], int]:
+def _line_numbers(body: bytes, first_line: int, file: Path) -> Callable[[int], int]:
     """Row → number of its line in the file (blank lines are no rows)."""
     known: list[int] = []
 
     def line(row: int) -> int:
         if not known:
-            known.extend(x.number + first_line for x in lines_of(body) if x.text.strip())
+            known.extend(x.number + first_line for x in lines_of(body, file) if x.text.strip())
         return known[row] if row < len(known) else first_line + row + 1
 
     return line
@@ -232,6 +232,7 @@ def _columns(body: bytes, header: Header, line: Callable[[int], int], file: Path
             ),
         )
 
+    _refuse_open_quotes(body, delimiter, line, file)
     if not body.strip():
         return [pa.array([], pa.string())] * width
     try:
@@ -247,6 +248,25 @@ def _columns(body: bytes, header: Header, line: Callable[[int], int], file: Path
     columns = [c.combine_chunks() for c in table.columns]
     columns = [pa.concat_arrays(c.chunks) if isinstance(c, pa.ChunkedArray) else c for c in columns]
     return _without_last_blanks(columns)
+
+
+def _refuse_open_quotes(
+    body: bytes, delimiter: str, line: Callable[[int], int], file: Path
+) -> None:
+    """InputError where a cell goes on after its closing quote (readers differ in what it says)."""
+    if b'"' not in body:
+        return
+    mark = re.escape(delimiter.encode())
+    pattern = rb'(?m)(?:^|%s)[ \t]*"(?:[^"\r\n]|"")*"[ \t]*[^%s\s"]' % (mark, mark)
+    found = re.search(pattern, body)
+    if found is not None:
+        above = body[
+            : max(body.rfind(b"\n", 0, found.start()), body.rfind(b"\r", 0, found.start()), 0)
+        ]
+        row = len([x for x in above.splitlines() if x.strip()])
+        text = found[0].decode("utf-8").strip(delimiter)
+        raise InputError("a cell that ends with its closing quote", text, file=file,
+                         row=f"line {line(row)}")  # fmt: skip
 
 
 def _with_trailing_blank(parsed: Callable[[int], Any], width: int) -> Any:
