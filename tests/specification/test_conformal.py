@@ -52,7 +52,7 @@ def test_verdicts_follow_the_margin_and_a_wrong_model_says_either():
     assert found.least_alpha["sided"] == pytest.approx(1 / 41)
     wide = found.margin["sided"]
     said = found.verdicts(np.array([wide + 1, 0.0, -wide - 1]), "sided")
-    assert said == ["valid", "either", "invalid"]
+    assert said == ["accept", "unknown", "reject"]
 
 
 def test_too_few_scenes_name_the_smallest_rate_they_support():
@@ -89,7 +89,7 @@ def test_predict_says_valid_invalid_or_either(tmp_path, capsys):
     answer = document(capsys, *asked, 0.1)
     for entry in answer["predictions"]:
         # The rule that made the labels is never wrong: no margin, nothing is left open.
-        assert entry["verdict"] == ("valid" if entry["p_valid"] > 0.5 else "invalid")
+        assert entry["verdict"] == ("accept" if entry["p_valid"] > 0.5 else "reject")
     assert answer["conformal"]["least_alpha"]["careful"] == pytest.approx(1 / 13)
     for wrong in ([*asked, 0.01], [*words, "--conformal", 0.1]):
         status, out, err = run(capsys, *wrong)

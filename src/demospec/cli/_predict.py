@@ -85,7 +85,7 @@ def predict(
         say(f"p_valid is null for types the model does not know: {', '.join(answer.unknown_types)}")
     document: dict[str, Any] = answer.to_json()
     columns = {"demo_id": "demonstration", "scene_id": "scene", "type": "type",
-               "p_valid": "p(valid)"}  # fmt: skip
+               "p_valid": "p(valid)", "verdict": "verdict"}  # fmt: skip
     if any(item.p_valid_sd is not None for item in answer.items):
         columns["p_valid_sd"] = "spread"
     if conformal is not None and calibrate is not None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Protocol, runtime_checkable
+from typing import Literal, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -42,6 +42,19 @@ class DifferentiableView(View, Protocol):
 
         With `bezier_basis` a gradient along the path becomes one in z_θ.
         """
+        ...
+
+
+Verdict = Literal["accept", "reject", "unknown"]
+"""What is said of a path; ``unknown`` where nothing that was shown decides."""
+
+
+@runtime_checkable
+class JudgingView(View, Protocol):
+    """A view that knows where nothing decides."""
+
+    def verdicts(self, paths: Paths, type: str) -> list[Verdict]:
+        """One verdict a path."""
         ...
 
 

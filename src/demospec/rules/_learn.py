@@ -17,6 +17,7 @@ from demospec.rules._goodness import Fit, with_doubt
 from demospec.rules._measurement import Measure, Passing, evidence_of
 from demospec.rules._rule_set import ANYONE, RuleSet, TypeRules
 from demospec.rules._sentences import clearance_words, listed, plural
+from demospec.rules._verdicts import decided_by
 from demospec.rules.clearance._encounters import passes
 from demospec.rules.clearance._fit import ClearanceFit, fit_document
 from demospec.rules.clearance._measure import Distance, nearest_approach
@@ -99,6 +100,8 @@ def _type_rules(
         **fit_document(fit, own),
         "mode": found.mode,
     }
+    if not fit.contradicted:
+        evidence["decided"] = decided_by(fit.rule.value, own.names, own.values, valid)
     answer = None
     if influence:
         chosen = {"F_max": F_MAX, **settings}

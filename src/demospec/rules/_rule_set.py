@@ -8,10 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from demospec.demonstrations import Paths
+from demospec.demonstrations import Paths, Verdict
 from demospec.errors import InputError
 from demospec.frames import FloatArray
 from demospec.rules._goodness import Fit
+from demospec.rules._verdicts import known_of, verdicts
 from demospec.rules.clearance._measure import (
     DensePaths,
     Distance,
@@ -198,6 +199,16 @@ class RuleView:
     def p_valid(self, paths: Paths, type: str) -> FloatArray:
         """(n,) 0 or 1."""
         return self.p_of_logits(self.logits(paths, type))
+
+    def verdicts(self, paths: Paths, type: str) -> list[Verdict]:
+        """One verdict a path; `unknown` where a learned rule's demonstrations decide nothing."""
+        rules = self.model.of_type(type)
+        if rules.clearance is None:
+            return ["accept" if z > 0 else "reject" for z in self.logits(paths, type)]
+        c = rules.clearance
+        known = known_of(c.value, c.interval, rules.evidence, rules.fit)
+        learned = "at_most" in rules.evidence
+        return verdicts(known, self.scene, paths, c.distance, learned=learned)
 
     def p_of_logits(self, logits: FloatArray) -> FloatArray:
         """1 where the logit is > 0, else 0: who has the logits need not judge again."""

@@ -13,17 +13,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
-from demospec.demonstrations import DemonstrationSet, ValidityModel
+from demospec.demonstrations import DemonstrationSet, ValidityModel, Verdict
 from demospec.errors import InputError
 from demospec.frames import FloatArray
 from demospec.progress import Progress, silent
 from demospec.specification.evaluation._predict import Views, check_type
-
-Verdict = Literal["valid", "invalid", "either"]
 
 
 @dataclass(frozen=True)
@@ -57,7 +54,7 @@ class Conformal:
             raise InputError(f"one of the calibrated types ({known})", type, field="type")
         margin = self.margin[type]
         return [
-            "valid" if value > margin else "invalid" if value < -margin else "either"
+            "accept" if value > margin else "reject" if value < -margin else "unknown"
             for value in np.asarray(logits, dtype=np.float64)
         ]
 

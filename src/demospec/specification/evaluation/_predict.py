@@ -11,7 +11,10 @@ import numpy as np
 
 from demospec.demonstrations import (
     DemonstrationSet,
+    JudgingView,
+    Paths,
     ValidityModel,
+    Verdict,
     View,
     count_rows,
     iterate_batches,
@@ -26,6 +29,7 @@ class Prediction:
     """p(valid) of one demonstration for one user type; None where the model cannot judge.
 
     An ensemble adds the standard deviation of its members' p(valid); None from other models.
+    `verdict` is ``unknown`` where the model cannot judge, or knows that nothing decides.
     """
 
     demo_id: str
@@ -33,6 +37,7 @@ class Prediction:
     type: str
     p_valid: float | None
     p_valid_sd: float | None = None
+    verdict: Verdict = "unknown"
 
     def to_json(self) -> dict[str, Any]:
         """One entry of the document of ``demospec predict``."""
@@ -41,6 +46,7 @@ class Prediction:
             "scene_id": self.scene_id,
             "type": self.type,
             "p_valid": self.p_valid,
+            "verdict": self.verdict,
         }
         if self.p_valid_sd is not None:
             entry["p_valid_sd"] = self.p_valid_sd
@@ -75,7 +81,7 @@ def predict(
         CannotJudgeError: No scene of the set can be judged.
     """
     d = data.demonstrations
-    found: dict[tuple[int, str], tuple[float, float | None]] = {}
+    found: dict[tuple[int, str], tuple[float, float | None, Verdict]] = {}
     views = Views(model, data, progress)
     for _, rows, view in views:
         for type_ in model.types:
@@ -86,7 +92,8 @@ def predict(
                 sd: list[float | None] = [None] * len(mine)
                 if isinstance(view, UncertainView):
                     sd = view.p_valid_sd(paths, type_).tolist()
-                found.update({(i, type_): (p[k], sd[k]) for k, i in enumerate(mine)})
+                said = verdicts_of(view, paths, type_, p)
+                found.update({(i, type_): (p[k], sd[k], said[k]) for k, i in enumerate(mine)})
     views.refuse_if_none()
     items = []
     unknown: dict[str, None] = {}
@@ -94,9 +101,16 @@ def predict(
         for type_ in model.types if d.type[i] is None else (d.type[i],):
             if type_ not in model.types:
                 unknown[type_] = None
-            p_sd = found.get((i, type_), (None, None))
-            items.append(Prediction(d.demo_id[i], d.scene_id[i], type_, *p_sd))
+            judged = found.get((i, type_), (None, None, "unknown"))
+            items.append(Prediction(d.demo_id[i], d.scene_id[i], type_, *judged))
     return Predictions(tuple(items), views.unjudged, tuple(unknown))
+
+
+def verdicts_of(view: View, paths: Paths, type_: str, p_valid: list[float]) -> list[Verdict]:
+    """A view's own verdicts where it knows what is unknown, else those of its probabilities."""
+    if isinstance(view, JudgingView):
+        return view.verdicts(paths, type_)
+    return ["accept" if p > 0.5 else "reject" for p in p_valid]
 
 
 def predict_batches(
