@@ -295,7 +295,7 @@ def seen(seed: int = FIRST_SEED + 3) -> None:
             for x, y in free_places(scene, thing.radius_px(scene), 2, rng):
                 after = thing.put(scene, (float(x), float(y)), float(rng.uniform(0, 2 * np.pi)))
                 outline = after.listed_objects()[-1].outline
-                parts = model.see(after.seen()).parts
+                parts = model.see(after.seen()).perceived
                 on_it = [p for p in parts if outline.signed_distance(np.array(p.center)) < 2]
                 found.append(dict(on_it[0].classes) if on_it else None)
         classes = [c for c in found if c is not None]

@@ -7,7 +7,7 @@
 Every model is fitted to 20 listed training scenes and judges 20 test scenes, whose items have
 other looks, from their pictures alone. Judged are `--curves` random Bézier curves a scene, by
 the rule that made the labels. Rows are appended to benchmarks/results/field.json, one a fit;
-what is there already for the same body and settings is not computed again. Seeds below 100
+what is there already for the same network and settings is not computed again. Seeds below 100
 were used to develop the model; report others only.
 """
 
@@ -31,19 +31,18 @@ import numpy as np  # noqa: E402
 
 from demospec.demonstrations import bezier_points, simulate_set  # noqa: E402
 from demospec.files import write_json  # noqa: E402
-from demospec.perception import load_body  # noqa: E402
-from demospec.perception.heads._symbols import match_slots  # noqa: E402
+from demospec.perception import load_network, match_detections  # noqa: E402
 from demospec.rules import nearest_approach, rules_from_document  # noqa: E402
 from demospec.specification.models.perceived_rule._model import FieldModel  # noqa: E402
-from demospec.specification.models.perceived_rule._observation import listed_parts  # noqa: E402
-from demospec.specification.models.perceived_rule._view import FieldView, Part  # noqa: E402
+from demospec.specification.models.perceived_rule._observation import listed_objects  # noqa: E402
+from demospec.specification.models.perceived_rule._view import FieldView, PerceivedObject  # noqa: E402
 
 RESULTS = Path(__file__).parent / "results" / "field.json"
 WAYS = ("seen", "true distance", "true class", "none missed", "all true", "listed")
 
 
 def hashed(path: Path | None) -> str:
-    """Eight letters of the body's hash."""
+    """Eight letters of the network's hash."""
     import hashlib
 
     from demospec.perception import SHIPPED
@@ -54,14 +53,14 @@ def hashed(path: Path | None) -> str:
 def views_of(model: FieldModel, scene: Any) -> tuple[dict[str, FieldView], dict[str, Any]]:
     """The scene in every way of `WAYS`, and what perception got wrong."""
     seen = model.see(replace(scene, objects=None))
-    sight = model.look(scene)
-    owner, largest = match_slots(sight, scene.objects)
-    exact = listed_parts(scene, seen.size, seen.shape)
-    bare = Part(np.full(seen.shape, 1e3, np.float32), {}, 1.0, (0.0, 0.0), False)
+    observation = model.look(scene)
+    owner, largest = match_detections(observation, scene.objects)
+    exact = listed_objects(scene, seen.size, seen.shape)
+    bare = PerceivedObject(np.full(seen.shape, 1e3, np.float32), {}, 1.0, (0.0, 0.0), False)
 
     def built(distance: bool, symbol: bool, missed: bool) -> FieldView:
         parts = []
-        for i, part in enumerate(seen.parts):
+        for i, part in enumerate(seen.perceived):
             mine = exact[owner[i]] if owner[i] >= 0 else None
             if symbol:
                 part = replace(part, classes={} if mine is None else mine.classes)
@@ -83,7 +82,7 @@ def views_of(model: FieldModel, scene: Any) -> tuple[dict[str, FieldView], dict[
         "listed": model.see(scene, use_lists=True),
     }
     guess = [max(p.classes, key=lambda n: p.classes[n], default="") if
-             sum(p.classes.values()) > 0.5 else "" for p in seen.parts]  # fmt: skip
+             sum(p.classes.values()) > 0.5 else "" for p in seen.perceived]  # fmt: skip
     errors: dict[str, Any] = {
         "confusion": [(scene.objects[k].symbol, guess[largest[k]] if largest[k] >= 0 else "missed")
                       for k in range(len(scene.objects))],
@@ -102,7 +101,7 @@ def views_of(model: FieldModel, scene: Any) -> tuple[dict[str, FieldView], dict[
         alone = scene.with_changes(objects=(item,), picture=None)
         true = nearest_approach(alone, curves, (item.symbol,))[:, 0]
         close = (true > 1.0) & (true < 7.0)
-        part = seen.parts[largest[k]]
+        part = seen.perceived[largest[k]]
         near = read_map(part.distance, curves[close], seen.size).min(axis=1)
         errors["bias"] += [(item.symbol, float(g)) for g in near - true[close]]
     return views, errors
@@ -120,9 +119,9 @@ def one(arguments: argparse.Namespace, catalogue: str, count: int, seed: int) ->
     made = {c: simulate_set(catalogue=c, train_scenes=20, test_scenes=20, demonstrations=count,
                             seed=seed) for c in {catalogue, *arguments.test_on}}  # fmt: skip
     train = made[catalogue][0].of_split("train")
-    body = load_body() if arguments.body is None else load_body(arguments.body)
+    network = load_network() if arguments.network is None else load_network(arguments.network)
     began = time.process_time()
-    model = FieldModel.fit(train, body=body, seed=0, fine_tune=arguments.fine_tune)
+    model = FieldModel.fit(train, network=network, seed=0, fine_tune=arguments.fine_tune)
     fit_s = time.process_time() - began
     rows = []
     for other in [catalogue, *arguments.test_on]:
@@ -165,7 +164,7 @@ def one(arguments: argparse.Namespace, catalogue: str, count: int, seed: int) ->
             }
         rows.append({
             "train": catalogue, "test": other, "n": count, "seed": seed,
-            "fine_tune": arguments.fine_tune, "body": hashed(arguments.body),
+            "fine_tune": arguments.fine_tune, "network": hashed(arguments.network),
             "note": arguments.note, "fit_cpu_s": round(fit_s, 2), "scores": scores,
             "rules": {t: {n: round(c, 2) for n, c in r.clearance.value.items()}
                       for t, r in model.rules.rules.items()},
@@ -178,13 +177,13 @@ def one(arguments: argparse.Namespace, catalogue: str, count: int, seed: int) ->
 
 def show(rows: list[dict]) -> None:
     """Means over seeds, a line for each setting, type and way."""
-    keys = sorted({(r["train"], r["test"], r["n"], r["fine_tune"], r["body"], r["note"])
+    keys = sorted({(r["train"], r["test"], r["n"], r["fine_tune"], r["network"], r["note"])
                    for r in rows}, key=str)  # fmt: skip
     for key in keys:
         mine = [r for r in rows if key == (r["train"], r["test"], r["n"], r["fine_tune"],
-                                           r["body"], r["note"])]  # fmt: skip
+                                           r["network"], r["note"])]  # fmt: skip
         fit = np.mean([r["fit_cpu_s"] for r in mine])
-        print(f"{key[0]}→{key[1]} n={key[2]} tuned={key[3]} body={key[4]} {key[5]}  "
+        print(f"{key[0]}→{key[1]} n={key[2]} tuned={key[3]} network={key[4]} {key[5]}  "
               f"seeds={[r['seed'] for r in mine]} fit {fit:.1f} s "
               f"false {np.mean([r['false_per_scene'] for r in mine]):.2f}")  # fmt: skip
         for type_ in mine[0]["scores"]:
@@ -206,7 +205,7 @@ def main() -> None:
     parser.add_argument("--curves", type=int, default=200)
     parser.add_argument("--cross", action="store_true", help="also test on the other catalogues")
     parser.add_argument("--fine-tune", action="store_true")
-    parser.add_argument("--body", type=Path, default=None)
+    parser.add_argument("--network", type=Path, default=None)
     parser.add_argument("--note", default="")
     parser.add_argument("--out", type=Path, default=RESULTS)
     parser.add_argument("--show", action="store_true", help="only print what was recorded")
@@ -230,7 +229,7 @@ def main() -> None:
                     "seed": seed,
                     "note": arguments.note,
                     "fine_tune": arguments.fine_tune,
-                    "body": hashed(arguments.body),
+                    "network": hashed(arguments.network),
                 }
                 done = {r["test"] for r in old if all(r[k] == v for k, v in want.items())}
                 if done >= {catalogue, *arguments.test_on}:

@@ -29,7 +29,7 @@ from demospec.perception import (  # noqa: E402
     SceneCode,
     SceneSampler,
     draw_scene_code,
-    look,
+    observe,
     read_scene_code,
 )
 from demospec.specification import PaperModel  # noqa: E402
@@ -48,11 +48,11 @@ def errors(drawn: list[np.ndarray], true: list[np.ndarray]) -> dict[str, float]:
 
 def fifteen(code: SceneCode) -> np.ndarray:
     """15 numbers: the table's colour, and two largest things as discs (x, y, radius, colour)."""
-    bare = draw_scene_code(code.with_slots(())).reshape(-1, 3).mean(axis=0)
+    bare = draw_scene_code(code.with_objects(())).reshape(-1, 3).mean(axis=0)
     whole = draw_scene_code(code).astype(float)
     out = np.broadcast_to(bare, whole.shape).copy()
     y, x = np.mgrid[0 : whole.shape[0], 0 : whole.shape[1]] + 0.5
-    for slot in sorted(code.slots, key=lambda s: -float(s.half.prod()))[:2]:
+    for slot in sorted(code.objects, key=lambda s: -float(s.half.prod()))[:2]:
         radius = max(float(np.sqrt(((slot.half - 1.5) * code.per_pixel).prod())), 0.5)
         center = slot.center * code.per_pixel
         cover = np.clip(0.5 + radius - np.hypot(x - center[0], y - center[1]), 0, 1)
@@ -67,7 +67,7 @@ def round_trip(sampler: SceneSampler, n: int) -> dict[str, float]:
     """A second look at sampled scenes: are the things found that were put in?"""
     total, false, gaps = 0, 0, []
     for scene, _ in sampler.sample(n, np.random.default_rng(0)):
-        boxes = [s.bbox for s in look(scene.pixels()).slots if s.confidence >= 0.5]
+        boxes = [s.bbox for s in observe(scene.pixels()).detections if s.confidence >= 0.5]
         middles = np.array([(b[0] + b[2] / 2, b[1] + b[3] / 2) for b in boxes]).reshape(-1, 2)
         used = set()
         for item in scene.objects or ():

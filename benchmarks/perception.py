@@ -1,9 +1,9 @@
-"""What the body sees on unseen items: distances, misses, false things, centres, symbols.
+"""What the network sees on unseen items: distances, misses, false things, centres, symbols.
 
     python benchmarks/perception.py --seeds 11,12 --catalogues builtin,sweethome3d
-    python benchmarks/perception.py --body other.safetensors --worst worst.png
+    python benchmarks/perception.py --network other.safetensors --worst worst.png
 
-Test scenes of simulated sets hold items that no training scene holds; the body has seen
+Test scenes of simulated sets hold items that no training scene holds; the network has seen
 neither. Symbols are named by a head fitted on the training scenes. Writes
 benchmarks/results/perception.json (or --out).
 """
@@ -29,11 +29,11 @@ import numpy as np  # noqa: E402
 from demospec.demonstrations import simulate_set  # noqa: E402
 from demospec.perception import (  # noqa: E402  # noqa: E402
     SHIPPED,
-    Sight,
+    Observation,
     detect_objects,
     fit_symbol_head,
-    load_body,
-    look,
+    load_network,
+    observe,
     recipe_of,
 )
 from demospec.scene import Scene, SceneObject  # noqa: E402
@@ -42,18 +42,18 @@ NEAR_PX = 12.0
 REPORTED = Path(__file__).parent / "results" / "perception.json"
 
 
-def places(sight: Sight) -> tuple[np.ndarray, np.ndarray]:
+def places(observation: Observation) -> tuple[np.ndarray, np.ndarray]:
     """(x, y) of the columns and rows of the maps, the picture's pixels."""
-    width, height = sight.grid
+    width, height = observation.grid
     return (
-        (np.arange(width) + 0.5) * (sight.size_px[0] / width),
-        (np.arange(height) + 0.5) * (sight.size_px[1] / height),
+        (np.arange(width) + 0.5) * (observation.size_px[0] / width),
+        (np.arange(height) + 0.5) * (observation.size_px[1] / height),
     )
 
 
-def true_distance(objects: tuple[SceneObject, ...], sight: Sight) -> np.ndarray:
+def true_distance(objects: tuple[SceneObject, ...], observation: Observation) -> np.ndarray:
     """(K, h, w) signed distance to every object's outline."""
-    points = np.stack(np.meshgrid(*places(sight)), axis=-1)
+    points = np.stack(np.meshgrid(*places(observation)), axis=-1)
     return np.stack([item.outline.signed_distance(points) for item in objects])
 
 
@@ -72,9 +72,9 @@ def matched(seen: list[SceneObject], truth: tuple[SceneObject, ...]) -> list[int
     return out
 
 
-def study(scenes: list[Scene], train: list[Scene], body: Any) -> dict[str, Any]:
+def study(scenes: list[Scene], train: list[Scene], network: Any) -> dict[str, Any]:
     """All figures of one catalogue and seed."""
-    head = fit_symbol_head(train, body=body)
+    head = fit_symbol_head(train, network=network)
     gaps: list[np.ndarray] = []
     bias: dict[str, list[float]] = {}
     total, missed, named = Counter(), Counter(), Counter()  # type: ignore[var-annotated]
@@ -83,12 +83,12 @@ def study(scenes: list[Scene], train: list[Scene], body: Any) -> dict[str, Any]:
     for scene in scenes:
         truth = scene.objects or ()
         began = time.process_time()
-        sight: Sight = look(scene.pixels(), body=body)
+        observation: Observation = observe(scene.pixels(), network=network)
         seconds += time.process_time() - began
-        exact = true_distance(truth, sight)
+        exact = true_distance(truth, observation)
         nearest = exact.min(axis=0)
         near = np.abs(nearest) < NEAR_PX
-        gap = (sight.distance - nearest)[near]
+        gap = (observation.distance - nearest)[near]
         gaps.append(gap)
         per_scene.append(float(np.abs(gap).mean()))
         rim = (nearest > 1) & (nearest < 5)
@@ -96,13 +96,13 @@ def study(scenes: list[Scene], train: list[Scene], body: Any) -> dict[str, Any]:
             mine = rim & (exact[k] == nearest)
             if mine.any():
                 bias.setdefault(item.symbol, []).append(
-                    float(np.median((sight.distance - nearest)[mine]))
+                    float(np.median((observation.distance - nearest)[mine]))
                 )
             total[item.symbol] += 1
-        seen = detect_objects(sight, head=head)
+        seen = detect_objects(observation, head=head)
         who = matched(seen, truth)
         false += who.count(-1)
-        unnamed += matched(detect_objects(sight), truth).count(-1)  # type: ignore[arg-type]
+        unnamed += matched(detect_objects(observation), truth).count(-1)  # type: ignore[arg-type]
         for k, item in enumerate(truth):
             mine = [seen[i] for i, w in enumerate(who) if w == k]
             if not mine:
@@ -134,19 +134,20 @@ def study(scenes: list[Scene], train: list[Scene], body: Any) -> dict[str, Any]:
     }
 
 
-def draw_worst(scenes: list[Scene], errors: list[float], body: Any, out: Path) -> None:
+def draw_worst(scenes: list[Scene], errors: list[float], network: Any, out: Path) -> None:
     """The twelve worst scenes: seen rims (orange) over listed ones (blue)."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(16, 12), layout="constrained")
     axes = figure.subplots(3, 4)
     for axis, i in zip(axes.flat, np.argsort(errors)[::-1][:12], strict=False):
-        sight = look(scenes[i].pixels(), body=body)
-        axis.imshow(scenes[i].pixels(), extent=(0, sight.size_px[0], sight.size_px[1], 0))
-        x, y = places(sight)
-        exact = true_distance(scenes[i].objects or (), sight).min(axis=0)
+        observation = observe(scenes[i].pixels(), network=network)
+        width, height = observation.size_px
+        axis.imshow(scenes[i].pixels(), extent=(0, width, height, 0))
+        x, y = places(observation)
+        exact = true_distance(scenes[i].objects or (), observation).min(axis=0)
         axis.contour(x, y, exact, [0.0], colors="#56B4E9", linewidths=1.0)
-        axis.contour(x, y, sight.distance, [0.0], colors="#D55E00", linewidths=1.0)
+        axis.contour(x, y, observation.distance, [0.0], colors="#D55E00", linewidths=1.0)
         axis.set_title(f"scene {scenes[i].scene_id}: {errors[i]:.2f} px", fontsize=9)
         axis.set_axis_off()
     figure.savefig(out, dpi=70)
@@ -158,14 +159,14 @@ def main() -> None:
     parser.add_argument("--seeds", default="11,12")
     parser.add_argument("--train", type=int, default=20)
     parser.add_argument("--scenes", type=int, default=30)
-    parser.add_argument("--body", type=Path, default=None)
+    parser.add_argument("--network", type=Path, default=None)
     parser.add_argument("--worst", type=Path, default=None)
     parser.add_argument("--out", type=Path, default=REPORTED)
     arguments = parser.parse_args()
     import torch
 
     torch.set_num_threads(1)
-    body = load_body(arguments.body)
+    network = load_network(arguments.network)
     rows: list[dict[str, Any]] = []
     shown: list[Scene] = []
     errors: list[float] = []
@@ -177,7 +178,7 @@ def main() -> None:
                 demonstrations=1, seed=seed,
             )  # fmt: skip
             test = list(data.of_split("test").scenes)
-            row = study(test, list(data.of_split("train").scenes), body)
+            row = study(test, list(data.of_split("train").scenes), network)
             shown += test
             errors += row.pop("error_by_scene_px")
             rows.append({"catalogue": catalogue, "seed": seed, **row})
@@ -194,13 +195,13 @@ def main() -> None:
             )
             print("   confusion:", row["confusion"])
     if arguments.worst is not None:
-        draw_worst(shown, errors, body, arguments.worst)
+        draw_worst(shown, errors, network, arguments.worst)
     arguments.out.parent.mkdir(exist_ok=True)
     report = {
         "command": "python " + " ".join(sys.argv),
         "machine": f"{platform.machine()}, {os.cpu_count()} cores, one thread",
         "versions": {n: version(n) for n in ("demospec", "numpy", "torch")},
-        "body": recipe_of(arguments.body or SHIPPED),
+        "network": recipe_of(arguments.network or SHIPPED),
         "rows": rows,
     }
     arguments.out.write_text(json.dumps(report, indent=1, ensure_ascii=False) + "\n", "utf-8")

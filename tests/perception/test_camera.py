@@ -5,11 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from demospec.perception import load_body, look
-from demospec.perception._observation import CANONICAL_PX, UNIT_PX
-from demospec.perception.inference._observe import table_px
-from demospec.perception.network._weights import body_from
-from demospec.perception.synthetic._camera import Camera, to_grid
+from demospec.perception import (
+    CANONICAL_PX,
+    PERCENT_PX,
+    arrays_of,
+    load_network,
+    network_of,
+    observe,
+    to_grid,
+)
+from demospec.perception.synthetic import Camera
 
 
 def disc(size: int, x: float, y: float, radius: float, fine: int = 8) -> np.ndarray:
@@ -62,17 +67,17 @@ def test_far_cameras_see_more_and_smaller_things() -> None:
 
 
 def test_weights_of_before_tables_had_a_width_look_at_a_hundred_pixels() -> None:
-    """Models that were saved with such a body go on seeing what they saw."""
-    body = load_body()
-    state = {k: v for k, v in body.state_dict().items() if k != "table_px"}
-    size = vars(body.size)
-    old = body_from(state, dict(size))
-    assert table_px(body) == CANONICAL_PX
-    assert table_px(old) == 100.0
+    """Models that were saved with such a network go on seeing what they saw."""
+    network = load_network()
+    state = {k: v for k, v in arrays_of(network).items() if k != "table_px"}
+    size = vars(network.size)
+    old = network_of(state, dict(size))
+    assert network.table_width_px == CANONICAL_PX
+    assert old.table_width_px == 100.0
     picture = np.full((50, 80, 3), 90, np.uint8)
-    assert look(picture, body=body).grid == (160, 100)
-    narrow = look(picture, body=old)
+    assert observe(picture, network=network).grid == (160, 100)
+    narrow = observe(picture, network=old)
     assert narrow.grid == (100, 62)
-    assert narrow.unit_px == 1.0
-    assert look(picture, body=body).hundredth == pytest.approx(UNIT_PX * 0.5)
-    assert narrow.hundredth == pytest.approx(0.8, rel=0.01)
+    assert narrow.percent_map_px == 1.0
+    assert observe(picture, network=network).percent_px == pytest.approx(PERCENT_PX * 0.5)
+    assert narrow.percent_px == pytest.approx(0.8, rel=0.01)

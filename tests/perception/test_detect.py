@@ -153,7 +153,7 @@ def test_bad_input_is_one_line(
         "unlisted": [picture, "--set", tmp_path],
         "scene": [folder, "--scene", "no-such", "--overlay", tmp_path / "o.png"],
         "taken": [folder, "--out", tmp_path / "taken"],
-        "weights": [picture, "--body", tmp_path / "text.png"],
+        "weights": [picture, "--network", tmp_path / "text.png"],
     }[case]
     assert run("detect", *arguments) == 2
     assert len(capsys.readouterr().err.strip().splitlines()) == 1

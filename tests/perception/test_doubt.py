@@ -7,23 +7,21 @@ import pytest
 from scipy.stats import spearmanr
 
 from demospec.demonstrations import simulate_set
-from demospec.perception import load_body, look
-from demospec.perception.heads._uncertainty import doubt_map
-from demospec.perception.network._weights import body_from
-from demospec.perception.training._pretrain import paint
-from demospec.specification import fit_model
-from demospec.specification.models.perceived_rule._view import Part
+from demospec.perception import arrays_of, load_network, network_of, observe
+from demospec.perception.heads import uncertainty_map
+from demospec.perception.training import paint
+from demospec.specification import PerceivedObject, fit_model
 
 
 def test_distances_err_more_where_the_body_doubts() -> None:
-    """Pictures that neither the body nor its doubt was shown; within 6 px of a rim."""
+    """Pictures that neither the network nor its doubt was shown; within 6 px of a rim."""
     doubts, errors = [], []
     for picture, planes in zip(*paint(9_000_018, 0, 40, 160), strict=True):
-        sight = look(picture, scale=1.0)
+        observation = observe(picture, scale=1.0)
         exact = planes[0].astype(float)
         near = np.abs(exact) < 6
-        doubts.append(sight.doubt[near])
-        errors.append(np.abs(sight.answers[0] - exact)[near])
+        doubts.append(observation.uncertainty[near])
+        errors.append(np.abs(observation.answers[0] - exact)[near])
     doubt, error = np.concatenate(doubts), np.concatenate(errors)
     low, high = np.quantile(doubt, [0.25, 0.75])
     assert error[doubt > high].mean() > 3 * error[doubt < low].mean()
@@ -35,26 +33,26 @@ def test_distances_err_more_where_the_body_doubts() -> None:
 
 @pytest.mark.parametrize("size", [(100, 100), (57, 133), (400, 300)])
 def test_weights_without_doubt_doubt_as_usual(size: tuple[int, int]) -> None:
-    body = load_body()
-    state = {k: v for k, v in body.state_dict().items() if not k.startswith("doubt.")}
-    plain = body_from(state, dict(vars(body.size)))
+    network = load_network()
+    state = {k: v for k, v in arrays_of(network).items() if not k.startswith("doubt.")}
+    plain = network_of(state, dict(vars(network.size)))
     pixels = np.random.default_rng(1).integers(0, 255, (size[1], size[0], 3)).astype(np.uint8)
-    sight = look(pixels, body=plain)
-    assert sight.doubt.shape == sight.distance.shape
-    assert (sight.doubt == 1.0).all()
-    assert look(pixels, body=body).doubt.shape == sight.distance.shape
+    observation = observe(pixels, network=plain)
+    assert observation.uncertainty.shape == observation.distance.shape
+    assert (observation.uncertainty == 1.0).all()
+    assert observe(pixels, network=network).uncertainty.shape == observation.distance.shape
 
 
 def test_doubt_lies_where_the_features_lie() -> None:
     """One strong feature in an odd-sized picture: the doubt peaks at its pixel."""
-    body = body_from(load_body().state_dict(), dict(vars(load_body().size)))
-    for parameter in body.doubt.parameters():
+    network = network_of(arrays_of(load_network()), dict(vars(load_network().size)))
+    for parameter in network.uncertainty.parameters():
         parameter.data.zero_()
-    body.doubt[0].weight.data[0, 0, 1, 1] = 1.0
-    body.doubt[2].weight.data[0, 0, 1, 1] = 1.0
-    features = np.zeros((body.size.half, 40, 48), np.float32)  # 77 × 93 px, padded to 80 × 96
+    network.uncertainty[0].weight.data[0, 0, 1, 1] = 1.0
+    network.uncertainty[2].weight.data[0, 0, 1, 1] = 1.0
+    features = np.zeros((network.size.half, 40, 48), np.float32)  # 77 × 93 px, padded to 80 × 96
     features[0, 11, 30] = 2.0
-    found = doubt_map(body, features, (93, 77))
+    found = uncertainty_map(network, features, (93, 77))
     row, column = np.unravel_index(found.argmax(), found.shape)
     # Feature (11, 30) covers padded pixels 22 to 23 and 60 to 61; 1 px of padding lies before.
     assert row in (21, 22)
@@ -65,10 +63,12 @@ def test_doubt_lies_where_the_features_lie() -> None:
 
 def test_a_part_is_as_uncertain_as_it_is_doubted() -> None:
     blank = np.zeros((2, 3), np.float32)
-    plain = Part(blank, {}, 0.4, (0.0, 0.0), False)
+    plain = PerceivedObject(blank, {}, 0.4, (0.0, 0.0), False)
     assert plain.errors == 0.4
     doubt = np.array([[1, 2, 4], [0.5, 1, 1]], np.float32)
-    np.testing.assert_allclose(Part(blank, {}, 0.4, (0.0, 0.0), False, doubt).errors, 0.4 * doubt)
+    np.testing.assert_allclose(
+        PerceivedObject(blank, {}, 0.4, (0.0, 0.0), False, doubt).errors, 0.4 * doubt
+    )
 
 
 def test_a_path_beside_what_is_doubted_is_judged_less_surely() -> None:
@@ -77,7 +77,7 @@ def test_a_path_beside_what_is_doubted_is_judged_less_surely() -> None:
     checked = 0
     for scene in data.of_split("test").scenes:
         view = model.see(scene, use_lists=False)
-        for part in view.parts:
+        for part in view.perceived:
             errors = part.errors
             assert errors.shape == part.distance.shape
             assert errors.min() > 0.05 * max(view.size) / 100
@@ -86,7 +86,9 @@ def test_a_path_beside_what_is_doubted_is_judged_less_surely() -> None:
             if ring.sum() < 20:
                 continue
             logit = view.map_of("careful").values[ring]
-            alone = np.min([p.distance for p in view.parts], axis=0)[ring] == part.distance[ring]
+            alone = (
+                np.min([p.distance for p in view.perceived], axis=0)[ring] == part.distance[ring]
+            )
             if alone.sum() < 20:
                 continue
             assert spearmanr(errors[ring][alone], logit[alone]).statistic < 0

@@ -1,24 +1,22 @@
-"""Fragments of one thing are joined; things that only lie beside each other are not."""
+"""Fragments of one thing are merged; things that only lie beside each other are not."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from demospec.perception import load_body
-from demospec.perception.heads._objectness import SlotJudge
-from demospec.perception.inference._merging import (
+from demospec.perception import KINDS, load_network
+from demospec.perception import level_sets as shapes
+from demospec.perception.heads import PAIR_FEATURES, MergingHead, ObjectnessHead
+from demospec.perception.inference import (
     HIGHEST,
-    PAIR_FEATURES,
-    Fragment,
-    Joiner,
-    joined,
+    Segment,
+    find_detections,
+    merged,
     pairs,
     saddles,
+    segments_in,
 )
-from demospec.perception.inference._segments import find_slots, fragments
-from demospec.perception.synthetic import _shapes as shapes
-from demospec.perception.synthetic._things import KINDS
 
 LONG = 5 + KINDS.index("long")
 BLANK = np.full((3, 100, 100), 0.5, np.float32)
@@ -39,32 +37,36 @@ def ladle(offset_px: float, *, gap_px: float = 4.0) -> np.ndarray:
     head = np.hypot(x - 30, y - 50) - 5
     start = 35 + gap_px
     bar = shapes.capsule(x, y, start, 50 + offset_px, start + 30, 50 + offset_px, 1.2, 1.2)
-    # Between them the body is unsure: nothing is seen, but little is missing.
+    # Between them the network is unsure: nothing is seen, but little is missing.
     unsure = np.abs(shapes.capsule(x, y, 34, 50, start + 1, 50 + offset_px, 0.0, 0.0)) + 0.3
     return answers_to(np.minimum(np.minimum(head, bar), unsure), x > 36)
 
 
 @pytest.fixture(scope="module")
-def joiner() -> Joiner:
-    return Joiner.of(load_body())
+def joiner() -> MergingHead:
+    return MergingHead.of(load_network())
 
 
-def slots_of(answers: np.ndarray, joiner: Joiner) -> tuple:
+def slots_of(answers: np.ndarray, joiner: MergingHead) -> tuple:
     features, context = np.zeros((4, 52, 52), np.float32), np.zeros((4, 13, 13), np.float32)
     looks = 7 + 4 + 7 + 9 + 3 * 4
     one, none = np.ones(looks, np.float32), np.zeros((8, looks), np.float32)
-    judge = SlotJudge(none[0], one, none, none[:, 0])
-    return find_slots(answers, features, context, BLANK, (100, 100), judge, joiner)
+    judge = ObjectnessHead(none[0], one, none, none[:, 0])
+    return find_detections(answers, features, context, BLANK, (100, 100), judge, joiner)
 
 
 def test_a_handle_is_joined_to_the_head_it_points_at(joiner):
     answers = ladle(0.0)
     before = answers.copy()
-    (slot,) = slots_of(answers, joiner)
-    assert slot.elongation > 3
-    assert slot.distance[49:51, 33:70].min(axis=0).max() < 0.5, "the gap between them is bridged"
+    (detection,) = slots_of(answers, joiner)
+    assert detection.elongation > 3
+    assert detection.distance[49:51, 33:70].min(axis=0).max() < 0.5, (
+        "the gap between them is bridged"
+    )
     assert np.array_equal(answers, before)
-    never = Joiner(np.zeros(PAIR_FEATURES), np.ones(PAIR_FEATURES), np.zeros(PAIR_FEATURES), -9.0)
+    never = MergingHead(
+        np.zeros(PAIR_FEATURES), np.ones(PAIR_FEATURES), np.zeros(PAIR_FEATURES), -9.0
+    )
     assert len(slots_of(answers, never)) == 2
 
 
@@ -83,7 +85,7 @@ def test_saddles_are_the_lowest_ways():
     for _ in range(5):
         field = gaussian_filter(rng.normal(size=(100, 100)), 3).astype(np.float32)
         field = field / field.std() * 1.5 + 1.0
-        parts = fragments(answers_to(field, field < 9), BLANK)
+        parts = segments_in(answers_to(field, field < 9), BLANK)
         found = saddles(parts, answers_to(field, field < 9))
         exact = lowest_ways(field, [p.rim[0] - 0.5 for p in parts])
         low = exact < HIGHEST - 0.1
@@ -128,10 +130,10 @@ def lowest_ways(field: np.ndarray, points: list[np.ndarray]) -> np.ndarray:
 
 def test_order_of_the_parts_does_not_matter(joiner):
     answers = ladle(0.0)
-    parts = fragments(answers, BLANK)
+    parts = segments_in(answers, BLANK)
     assert len(parts) == 2
     for order in (parts, parts[::-1]):
-        ((members, bridges),) = joined(order, answers, joiner)
+        ((members, bridges),) = merged(order, answers, joiner)
         assert sorted(members) == [0, 1]
         assert len(bridges) == 1
     ahead = [f for _, _, f in pairs(parts, answers)]
@@ -142,7 +144,7 @@ def test_order_of_the_parts_does_not_matter(joiner):
 def test_a_lone_part_has_no_partner(joiner):
     y, x = (np.mgrid[0:100, 0:100] + 0.5).astype(np.float32)
     answers = answers_to(np.hypot(x - 30, y - 50) - 5, x > 200)
-    (part,) = fragments(answers, BLANK)
-    assert isinstance(part, Fragment)
-    assert joined([part], answers, joiner) == [([0], [])]
-    assert joined([], answers, joiner) == []
+    (part,) = segments_in(answers, BLANK)
+    assert isinstance(part, Segment)
+    assert merged([part], answers, joiner) == [([0], [])]
+    assert merged([], answers, joiner) == []

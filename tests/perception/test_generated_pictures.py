@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from demospec.perception import make_picture
-from demospec.perception.synthetic import _shapes as shapes
-from demospec.perception.synthetic._backgrounds import NoiseBank
-from demospec.perception.synthetic._things import CLEAR_SHARE, KINDS, kind_shares, make_thing
+from demospec.perception import KINDS, make_picture
+from demospec.perception import level_sets as shapes
+from demospec.perception.synthetic import CLEAR_SHARE, NoiseBank, kind_shares, make_object
 
 FINE = 12
 
@@ -46,9 +45,9 @@ def dense_distance(level: np.ndarray, fine: int) -> np.ndarray:
 def test_distance_of_a_thing_is_that_of_its_dense_outline(seed: int) -> None:
     """Independent oracle: the same outline drawn twelve times finer, nearest rim point."""
     x, y = pixels(64)
-    level = make_thing(np.random.default_rng(seed), x - 31, y - 33).level
+    level = make_object(np.random.default_rng(seed), x - 31, y - 33).level
     fine_x, fine_y = pixels(64, FINE)
-    fine = make_thing(np.random.default_rng(seed), fine_x - 31, fine_y - 33).level
+    fine = make_object(np.random.default_rng(seed), fine_x - 31, fine_y - 33).level
     assert (fine < 0).any(), "something of every thing lies in the picture"
     exact = dense_distance(np.asarray(fine), FINE)
     found = shapes.distance_from_level(np.asarray(level, np.float32))
@@ -98,7 +97,7 @@ def test_more_glass_where_more_glass_is_asked_for() -> None:
 
     def share(asked: float) -> float:
         rng = np.random.default_rng(0)
-        kinds = [make_thing(rng, x - 8, y - 8, kind_shares(asked)).kind for _ in range(300)]
+        kinds = [make_object(rng, x - 8, y - 8, kind_shares(asked)).kind for _ in range(300)]
         return float(np.mean([KINDS[k] == "clear" for k in kinds]))
 
     assert abs(share(CLEAR_SHARE) - CLEAR_SHARE) < 0.08

@@ -1,4 +1,4 @@
-"""What the shipped body sees: guard tests on pictures with known answers."""
+"""What the shipped network sees: guard tests on pictures with known answers."""
 
 from __future__ import annotations
 
@@ -11,8 +11,15 @@ import pytest
 
 from demospec.demonstrations import simulate_set
 from demospec.errors import CannotJudgeError, InputError
-from demospec.perception import canonical_grid, detect_objects, load_body, look, recipe_of
-from demospec.perception.inference._observe import turned_array, turned_back
+from demospec.perception import (
+    canonical_grid,
+    detect_objects,
+    load_network,
+    observe,
+    recipe_of,
+    turned_array,
+    turned_back,
+)
 from demospec.scene import Scene
 
 DISCS = ((30.0, 34.0, 11.0), (71.0, 66.0, 8.0))
@@ -45,21 +52,21 @@ def exact(discs: tuple[tuple[float, float, float], ...], cells: int = 100) -> np
 
 
 def test_two_discs_are_two_slots_with_right_centres() -> None:
-    slots = look(plate_on_table(DISCS)).slots
-    assert len(slots) == 2
-    for slot, (cx, cy, r) in zip(slots, DISCS, strict=True):
-        assert np.hypot(slot.center[0] - cx, slot.center[1] - cy) < 0.5
-        assert abs(np.sqrt(slot.area_px2 / np.pi) - r) < 0.5
-        assert 0 < slot.confidence < 1
-        assert slot.elongation < 1.1
-        assert not slot.touches_edge
+    detections = observe(plate_on_table(DISCS)).detections
+    assert len(detections) == 2
+    for detection, (cx, cy, r) in zip(detections, DISCS, strict=True):
+        assert np.hypot(detection.center[0] - cx, detection.center[1] - cy) < 0.5
+        assert abs(np.sqrt(detection.area_px2 / np.pi) - r) < 0.5
+        assert 0 < detection.confidence < 1
+        assert detection.elongation < 1.1
+        assert not detection.touches_edge
 
 
 def test_distance_near_a_disc_has_no_half_pixel_bias() -> None:
     """A grid shifted by half a pixel would show as ±0.5 px between opposite sides."""
     truth = exact(DISCS)
     x, y = np.meshgrid(np.arange(100) + 0.5, np.arange(100) + 0.5)
-    gap = look(plate_on_table(DISCS)).distance_at(np.stack([x, y], axis=-1)) - truth
+    gap = observe(plate_on_table(DISCS)).distance_at(np.stack([x, y], axis=-1)) - truth
     near = np.abs(truth) < 4
     assert np.abs(gap[near]).mean() < 0.4
     for axis in (x - 30.0, y - 34.0):
@@ -71,8 +78,8 @@ def test_distance_near_a_disc_has_no_half_pixel_bias() -> None:
 def test_a_turned_picture_gives_the_turned_distance(turn: int) -> None:
     picture = plate_on_table(DISCS)
     turned = turned_array(picture.transpose(2, 0, 1), turn).transpose(1, 2, 0)
-    here = look(picture).distance
-    there = turned_back(look(np.ascontiguousarray(turned)).distance, turn)
+    here = observe(picture).distance
+    there = turned_back(observe(np.ascontiguousarray(turned)).distance, turn)
     near = np.abs(exact(DISCS, len(here))) < 6
     assert np.abs(here - there)[near].mean() < 0.25
 
@@ -85,7 +92,7 @@ def test_turning_back_undoes_turning(turn: int) -> None:
 
 @pytest.mark.parametrize("seed", range(3))
 def test_an_empty_table_has_no_slots(seed: int) -> None:
-    assert look(plate_on_table((), seed=seed)).slots == ()
+    assert observe(plate_on_table((), seed=seed)).detections == ()
     assert detect_objects(plate_on_table((), seed=seed)) == []
 
 
@@ -93,12 +100,12 @@ def test_an_empty_table_has_no_slots(seed: int) -> None:
 def test_any_picture_size(size: tuple[int, int]) -> None:
     unit = max(size) / 100.0
     discs = ((24.0, 28.0, 9.0),)
-    sight = look(plate_on_table(discs, size, unit))
-    assert sight.distance.shape == canonical_grid(size)[::-1]
-    (slot,) = sight.slots
-    assert np.hypot(slot.center[0] - 24 * unit, slot.center[1] - 28 * unit) < 0.8 * unit
-    assert abs(float(sight.distance_at((24 * unit, 28 * unit))) + 9 * unit) < 2.5 * unit
-    assert abs(float(sight.distance_at((24 * unit, 40 * unit))) - 3 * unit) < 0.8 * unit
+    observation = observe(plate_on_table(discs, size, unit))
+    assert observation.distance.shape == canonical_grid(size)[::-1]
+    (detection,) = observation.detections
+    assert np.hypot(detection.center[0] - 24 * unit, detection.center[1] - 28 * unit) < 0.8 * unit
+    assert abs(float(observation.distance_at((24 * unit, 28 * unit))) + 9 * unit) < 2.5 * unit
+    assert abs(float(observation.distance_at((24 * unit, 40 * unit))) - 3 * unit) < 0.8 * unit
 
 
 @pytest.mark.parametrize("quality", [35, 60])
@@ -115,8 +122,8 @@ def test_distances_hold_through_jpeg(quality: int) -> None:
         true = np.min([o.outline.signed_distance(points) for o in scene.objects], axis=0)
         near = np.abs(true) < 6
         for seen, errors in ((picture, plain), (noisy, packed)):
-            errors.append(np.abs(look(seen).distance_at(points) - true)[near].mean())
-    assert np.mean(plain) < 0.45  # 0.57 with a body that looked at 100 pixels
+            errors.append(np.abs(observe(seen).distance_at(points) - true)[near].mean())
+    assert np.mean(plain) < 0.45  # 0.57 with a network that looked at 100 pixels
     assert np.mean(packed) < 0.75  # 0.90 and 0.71 with that
 
 
@@ -141,7 +148,7 @@ def test_broken_weights_are_refused_in_one_line(tmp_path: Path) -> None:
     )
     for name in (*cases, "foreign", "other", "absent"):
         with pytest.raises(InputError) as refused:
-            load_body(tmp_path / name)
+            load_network(tmp_path / name)
         assert name in str(refused.value)
 
 

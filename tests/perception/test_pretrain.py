@@ -10,9 +10,16 @@ import torch
 
 from demospec.cli import main
 from demospec.errors import InputError
-from demospec.perception import BodySize, PretrainSettings, load_body, look, pretrain, recipe_of
+from demospec.perception import (
+    NetworkSize,
+    PretrainSettings,
+    load_network,
+    observe,
+    pretrain,
+    recipe_of,
+)
 
-SMALL = BodySize(8, 8, 8, 4)
+SMALL = NetworkSize(8, 8, 8, 4)
 
 
 def tiny(**changes: object) -> PretrainSettings:
@@ -31,13 +38,13 @@ def tiny(**changes: object) -> PretrainSettings:
 
 
 def weights(file: Path) -> dict[str, np.ndarray]:
-    return {k: v.numpy() for k, v in load_body(file).state_dict().items()}
+    return {k: v.numpy() for k, v in load_network(file).state_dict().items()}
 
 
 @pytest.fixture(scope="module")
 def first(tmp_path_factory: pytest.TempPathFactory) -> Path:
     torch.set_num_threads(1)
-    file = tmp_path_factory.mktemp("body") / "first.safetensors"
+    file = tmp_path_factory.mktemp("network") / "first.safetensors"
     pretrain(file, tiny(), command="as in the test")
     return file
 
@@ -66,7 +73,10 @@ def test_the_recipe_is_saved_inside(first: Path) -> None:
     assert recipe["command"] == "as in the test"
     assert recipe["settings"]["seed"] == 3
     assert recipe["began_from"] is None
-    assert look(np.full((40, 40, 3), 90, np.uint8), body=load_body(first)).grid == (160, 160)
+    assert observe(np.full((40, 40, 3), 90, np.uint8), network=load_network(first)).grid == (
+        160,
+        160,
+    )
 
 
 def test_going_on_keeps_the_first_recipe(first: Path, tmp_path: Path) -> None:
@@ -76,22 +86,20 @@ def test_going_on_keeps_the_first_recipe(first: Path, tmp_path: Path) -> None:
     assert recipe["began_from"]["settings"]["seed"] == 3
     assert recipe["steps_done"] == 2
     before, after = weights(first), weights(out)
-    trained = [k for k in before if not k.startswith(("judge_", "joiner_", "doubt."))]
+    trained = [k for k in before if k.startswith("backbone.")]
     gap = [np.abs(before[k] - after[k]).max() for k in trained]
     assert 0 < max(gap) < 0.01  # gone on from there, not begun anew
     with pytest.raises(InputError, match="init"):
-        pretrain(tmp_path / "x.safetensors", tiny(init=str(first), body=BodySize(16, 8, 8, 4)))
+        pretrain(tmp_path / "x.safetensors", tiny(init=str(first), body=NetworkSize(16, 8, 8, 4)))
 
 
-def test_no_steps_from_given_weights_fit_joiner_judge_and_doubt_alone(
-    first: Path, tmp_path: Path
-) -> None:
+def test_no_steps_from_given_weights_fit_the_heads_alone(first: Path, tmp_path: Path) -> None:
     out = tmp_path / "judged.safetensors"
     pretrain(out, tiny(init=str(first), steps=0, seed=8))
     before, after = weights(first), weights(out)
     changed = {k for k in before if (before[k] != after[k]).any()}
-    assert all(k.startswith(("judge_", "joiner_", "doubt.")) for k in changed)
-    assert any(k.startswith("doubt.") for k in changed)
+    assert not any(k.startswith("backbone.") for k in changed)
+    assert any(k.startswith("uncertainty.") for k in changed)
 
 
 def test_ctrl_c_leaves_whole_weights(tmp_path: Path) -> None:
@@ -104,7 +112,7 @@ def test_ctrl_c_leaves_whole_weights(tmp_path: Path) -> None:
     with pytest.raises(KeyboardInterrupt):
         pretrain(out, tiny(), progress=stop)
     assert 1 <= recipe_of(out)["steps_done"] <= 2
-    load_body(out)
+    load_network(out)
 
 
 @pytest.mark.parametrize(

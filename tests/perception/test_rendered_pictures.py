@@ -6,13 +6,9 @@ import numpy as np
 import pytest
 from scipy.ndimage import binary_fill_holes, distance_transform_edt, label
 
-from demospec.perception import load_body, look
-from demospec.perception.heads._objectness import owner_in
-from demospec.perception.synthetic._backgrounds import NoiseBank
-from demospec.perception.synthetic._rendered import render_picture
-from demospec.perception.synthetic._solids import make_solid
-from demospec.perception.synthetic._things import KINDS, kind_shares
-from demospec.perception.training._pretrain import paint
+from demospec.perception import KINDS, load_network, observe
+from demospec.perception.synthetic import NoiseBank, kind_shares, make_solid, render_picture
+from demospec.perception.training import label_of, paint
 from demospec.scene import Polygon, coverage, outline
 
 FINE = 16
@@ -80,20 +76,20 @@ def test_the_same_seed_gives_the_same_picture(bank: NoiseBank) -> None:
 
 
 def test_the_shipped_judge_tells_things_from_nothing() -> None:
-    """Pictures that neither the body nor its judge was shown."""
-    body = load_body()
+    """Pictures that neither the network nor its judge was shown."""
+    network = load_network()
     things, nothing, right = [], [], []
     for picture, planes in zip(*paint(9_000_017, 0, 60, 160), strict=True):
-        for slot in look(picture, body=body, scale=1.0).slots:
-            what = owner_in(planes, slot)
+        for detection in observe(picture, network=network, scale=1.0).detections:
+            what = label_of(planes, detection)
             if what == len(KINDS):
-                nothing.append(slot.confidence)
+                nothing.append(detection.confidence)
             elif what is not None:
-                things.append(slot.confidence)
-                right.append(slot.kind == KINDS[what])
+                things.append(detection.confidence)
+                right.append(detection.kind == KINDS[what])
     assert len(things) > 100
     assert np.mean(np.array(things) > 0.5) > 0.9
     assert np.mean(right) > 0.5  # chance is 1 in 7
-    # What is left of nothing by the body is hard: most things must be surer than most of it.
+    # What is left of nothing by the network is hard: most things must be surer than most of it.
     assert nothing
     assert np.mean(np.array(things)[:, None] > np.array(nothing)) > 0.75

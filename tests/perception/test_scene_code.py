@@ -15,10 +15,10 @@ from demospec.perception import (
     SceneCode,
     SceneSampler,
     draw_scene_code,
-    look,
+    observe,
     read_scene_code,
 )
-from demospec.perception.scene_code._draw import outline_of
+from demospec.perception.scene_code import outline_of
 from demospec.scene import Scene
 
 
@@ -63,32 +63,32 @@ def test_reading_what_was_drawn_changes_little() -> None:
 
 
 def test_the_order_of_things_does_not_matter() -> None:
-    code = max(codes(), key=lambda c: len(c.slots))
-    assert len(code.slots) >= 3
-    assert (draw_scene_code(code) == draw_scene_code(code.with_slots(code.slots[::-1]))).all()
+    code = max(codes(), key=lambda c: len(c.objects))
+    assert len(code.objects) >= 3
+    assert (draw_scene_code(code) == draw_scene_code(code.with_objects(code.objects[::-1]))).all()
 
 
 def test_moving_a_thing_moves_it_and_nothing_else() -> None:
-    code = next(c for c in codes() if len(c.slots) >= 2)
+    code = next(c for c in codes() if len(c.objects) >= 2)
     before = draw_scene_code(code)
-    center = code.slots[0].center * code.per_pixel
+    center = code.objects[0].center * code.per_pixel
     to = np.where(center > 50, center - 20, center + 20)
     after = draw_scene_code(code.moved(0, to))
     y, x = np.mgrid[0:100, 0:100] + 0.5
-    reach = float(np.hypot(*code.slots[0].half)) + 2 * code.slots[0].height + 6
+    reach = float(np.hypot(*code.objects[0].half)) + 2 * code.objects[0].height + 6
     near = np.minimum(np.hypot(x - center[0], y - center[1]), np.hypot(x - to[0], y - to[1]))
     assert (before != after).any()
     assert (before == after).all(axis=2)[near > reach].all()
-    assert code.moved(0, center).slots[1:] == code.slots[1:]
+    assert code.moved(0, center).objects[1:] == code.objects[1:]
 
 
 def test_moving_by_whole_pixels_moves_the_same_outline() -> None:
-    code = next(c for c in codes() if c.slots)
-    center = code.slots[0].center * code.per_pixel
+    code = next(c for c in codes() if c.objects)
+    center = code.objects[0].center * code.per_pixel
     by = np.where(center > 50, -7.0, 7.0)
-    here = outline_of(code.slots[0], code)
+    here = outline_of(code.objects[0], code)
     moved = code.moved(0, center + by)
-    there = outline_of(moved.slots[0], moved)
+    there = outline_of(moved.objects[0], moved)
     assert here is not None
     assert there is not None
     assert np.allclose(np.array(here.bounds) + np.tile(by, 2), there.bounds, atol=0.02)
@@ -97,15 +97,15 @@ def test_moving_by_whole_pixels_moves_the_same_outline() -> None:
 def test_an_empty_table_has_no_things() -> None:
     plain = np.full((100, 100, 3), (150, 120, 90), np.uint8)
     code = read_scene_code(plain)
-    assert code.slots == ()
+    assert code.objects == ()
     assert rmse(draw_scene_code(code), plain) < 0.005
 
 
 def test_what_is_no_slot_is_not_drawn() -> None:
     """The table's code cannot draw a thing that was missed."""
-    scene = next(s for s, c in zip(scenes(), codes(), strict=True) if len(c.slots) >= 2)
-    sight = look(scene.pixels())
-    blind = replace(sight, slots=())
+    scene = next(s for s, c in zip(scenes(), codes(), strict=True) if len(c.objects) >= 2)
+    sight = observe(scene.pixels())
+    blind = replace(sight, detections=())
     lost = draw_scene_code(read_scene_code(blind, pixels=scene.pixels()))
     y, x = np.mgrid[0:100, 0:100] + 0.5
     inside = sight.distance_at(np.stack([x, y], axis=-1)) < -1
@@ -124,7 +124,7 @@ def test_any_picture_size(size: tuple[int, int]) -> None:
     code = read_scene_code(pixels)
     drawn = draw_scene_code(code)
     assert drawn.shape == pixels.shape
-    assert len(code.slots) == 1
+    assert len(code.objects) == 1
     assert rmse(drawn, pixels) < 0.05
     assert draw_scene_code(code, (50, 40)).shape == (40, 50, 3)
 
@@ -132,8 +132,8 @@ def test_any_picture_size(size: tuple[int, int]) -> None:
 def test_length_is_what_was_asked_for() -> None:
     scene = scenes()[0]
     short = read_scene_code(scene, length=CodeLength(4, 4, 2, 2, 0))
-    assert short.numbers == 2 + (4 + 2 + 3) + len(short.slots) * (8 + 4 + 4 + 4)
-    assert all(len(s.vector()) == s.numbers for s in short.slots)
+    assert short.numbers == 2 + (4 + 2 + 3) + len(short.objects) * (8 + 4 + 4 + 4)
+    assert all(len(s.vector()) == s.numbers for s in short.objects)
     assert short.numbers < codes()[0].numbers
     assert rmse(draw_scene_code(short), scene.pixels()) > rmse(
         draw_scene_code(codes()[0]), scene.pixels()
@@ -143,8 +143,8 @@ def test_length_is_what_was_asked_for() -> None:
 def test_a_second_look_finds_what_was_sampled() -> None:
     total, errors = 0, []
     for scene, code in sampler().sample(16, np.random.default_rng(3)):
-        assert len(scene.objects or ()) == len(code.slots)
-        slots = [s for s in look(scene.pixels()).slots if s.confidence >= 0.5]
+        assert len(scene.objects or ()) == len(code.objects)
+        slots = [s for s in observe(scene.pixels()).detections if s.confidence >= 0.5]
         boxes = np.array([s.bbox for s in slots]).reshape(-1, 4)
         middles = boxes[:, :2] + boxes[:, 2:] / 2
         for item in scene.objects or ():
@@ -176,7 +176,7 @@ def test_same_seed_same_scenes() -> None:
 
 def test_bad_input_is_named() -> None:
     code = codes()[0]
-    with pytest.raises(InputError, match="a slot"):
+    with pytest.raises(InputError, match="an object, 0 to"):
         code.moved(99, (1, 1))
     with pytest.raises(InputError, match="x and y"):
         code.moved(0, (1, float("nan")))
@@ -189,4 +189,4 @@ def test_bad_input_is_named() -> None:
     with pytest.raises(CannotJudgeError):
         read_scene_code(Scene("s", (0.0, 0.0), (9.0, 9.0)))
     with pytest.raises(CannotJudgeError):
-        read_scene_code(look(scenes()[0].pixels()))
+        read_scene_code(observe(scenes()[0].pixels()))

@@ -1,13 +1,12 @@
-"""A slot's distance is to that thing alone, over the other things too."""
+"""A detection's distance is to that thing alone, over the other things too."""
 
 import numpy as np
 
-from demospec.perception.heads._objectness import SlotJudge
-from demospec.perception.inference._merging import PAIR_FEATURES, Joiner
-from demospec.perception.inference._segments import find_slots
+from demospec.perception.heads import PAIR_FEATURES, MergingHead, ObjectnessHead
+from demospec.perception.inference import find_detections
 
 NONE = np.zeros(PAIR_FEATURES)
-NEVER = Joiner(NONE, NONE + 1, NONE, -9.0)
+NEVER = MergingHead(NONE, NONE + 1, NONE, -9.0)
 
 
 def test_distance_to_one_thing_is_right_over_another():
@@ -20,11 +19,11 @@ def test_distance_to_one_thing_is_right_over_another():
     planes = np.full((3, 100, 100), 0.5, np.float32)
     looks, words = 7 + 4 + 7 + 9 + 3 * 4, 8
     one, none = np.ones(looks, np.float32), np.zeros((words, looks), np.float32)
-    neutral = SlotJudge(none[0], one, none, none[:, 0])
-    slots = find_slots(answers, features, context, planes, (100, 100), neutral, NEVER)
-    assert len(slots) == 2
-    for slot, exact in zip(slots, (first, second), strict=True):
-        assert np.abs(slot.distance - exact).max() < 0.5
+    neutral = ObjectnessHead(none[0], one, none, none[:, 0])
+    detections = find_detections(answers, features, context, planes, (100, 100), neutral, NEVER)
+    assert len(detections) == 2
+    for detection, exact in zip(detections, (first, second), strict=True):
+        assert np.abs(detection.distance - exact).max() < 0.5
 
 
 def test_near_the_answers_count_and_far_off_the_rim():
@@ -38,14 +37,14 @@ def test_near_the_answers_count_and_far_off_the_rim():
     planes = np.full((3, 100, 100), 0.5, np.float32)
     looks, words = 7 + 4 + 7 + 9 + 3 * 4, 8
     one, none = np.ones(looks, np.float32), np.zeros((words, looks), np.float32)
-    neutral = SlotJudge(none[0], one, none, none[:, 0])
-    (slot,) = find_slots(answers, features, context, planes, (100, 100), neutral, NEVER)
+    neutral = ObjectnessHead(none[0], one, none, none[:, 0])
+    (detection,) = find_detections(answers, features, context, planes, (100, 100), neutral, NEVER)
     near = (disc > 0) & (disc < 2.5)
-    np.testing.assert_allclose(slot.distance[near], answers[0][near], atol=0.02)
+    np.testing.assert_allclose(detection.distance[near], answers[0][near], atol=0.02)
     far = disc > 13.5
-    assert np.abs(slot.distance - disc)[far].max() < 0.3  # whatever is answered there
+    assert np.abs(detection.distance - disc)[far].max() < 0.3  # whatever is answered there
     answers[0][far] = 9.0
-    (other,) = find_slots(answers, features, context, planes, (100, 100), neutral, NEVER)
-    np.testing.assert_array_equal(other.distance[far], slot.distance[far])
+    (other,) = find_detections(answers, features, context, planes, (100, 100), neutral, NEVER)
+    np.testing.assert_array_equal(other.distance[far], detection.distance[far])
     inside = disc < -1
-    assert (slot.distance[inside] < 0).all()
+    assert (detection.distance[inside] < 0).all()

@@ -43,7 +43,7 @@ class Model:
 
         @dataclass(frozen=True)
         class View:
-            parts: tuple[Part, ...] = (part,)
+            perceived: tuple[Part, ...] = (part,)
             size: tuple[float, float] = (100.0, 100.0)
 
             def relevance(self, type: str) -> list[tuple[Part, float, float, float]]:
@@ -53,7 +53,7 @@ class Model:
 
 
 def test_outline_interpolates_its_map() -> None:
-    part = Model({"glass": 1.0}).see(SCENE).parts[0]  # type: ignore[attr-defined]
+    part = Model({"glass": 1.0}).see(SCENE).perceived[0]  # type: ignore[attr-defined]
     seen = SeenOutline(part.distance, (100.0, 100.0))
     p = np.random.default_rng(0).uniform(0, 100, (500, 2))
     p = p[np.hypot(*(p - GLASS.center).T) > 2]  # bilinear blurs the tip of the cone

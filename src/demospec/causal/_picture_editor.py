@@ -152,12 +152,12 @@ class PictureEditor:
         if scene.objects is not None or scene.picture is None:
             return scene
         if scene.scene_id not in self._seen:
-            from demospec.perception import look
+            from demospec.perception import observe
 
             self._seen[scene.scene_id] = tuple(
-                SceneObject(f"seen-{i}", slot.kind, slot.center, slot.bbox, Polygon(slot.polygon))
-                for i, slot in enumerate(look(scene.pixels()).slots)
-                if len(slot.polygon) >= 3
+                SceneObject(f"seen-{i}", d.kind, d.center, d.bbox, Polygon(d.polygon))
+                for i, d in enumerate(observe(scene.pixels()).detections)
+                if len(d.polygon) >= 3
             )
         return scene.with_changes(objects=self._seen[scene.scene_id], picture=scene.picture)
 

@@ -11,7 +11,7 @@ import typer
 from demospec.cli._common import Force, Json, print_json, print_table, save_json, say
 
 if TYPE_CHECKING:
-    from demospec.perception import Body, SymbolHead
+    from demospec.perception import DistanceNet, SymbolHead
     from demospec.scene import SceneObject
 
 
@@ -53,11 +53,11 @@ def detect(
     """
     from demospec.demonstrations import read_set
     from demospec.errors import InputError
-    from demospec.perception import fit_symbol_head, load_body
+    from demospec.perception import fit_symbol_head, load_network
 
     if not source.exists():
         raise InputError("a picture or a demonstration set", "nothing there", file=source)
-    network = load_body(body)
+    network = load_network(body)
     head = None
     if named is not None:
         from demospec.cli._common import progress_bar
@@ -65,7 +65,7 @@ def detect(
         teacher = read_set(named)
         with progress_bar() as progress:
             head = fit_symbol_head(
-                [s for s in teacher.scenes if s.split != "test"], body=network, progress=progress
+                [s for s in teacher.scenes if s.split != "test"], network=network, progress=progress
             )
         if head is None:
             raise InputError(
@@ -80,7 +80,7 @@ def detect(
     if scene_id is not None:
         raise InputError("no scene for a single picture", scene_id, field="--scene")
     picture = Picture(file=source)
-    found = detect_objects(picture.pixels, body=network, head=head, least=least)
+    found = detect_objects(picture.pixels, network=network, head=head, least=least)
     document = {"size_px": list(picture.size_px), "objects": [thing.to_json() for thing in found]}
     save_json(document, out)
     if overlay is not None:
@@ -94,7 +94,7 @@ def detect(
 
 def _detect_set(
     source: Path,
-    network: Body,
+    network: DistanceNet,
     head: SymbolHead | None,
     least: float,
     out: Path | None,
@@ -116,7 +116,9 @@ def _detect_set(
     if scene_id is not None:
         data.scene(scene_id)
     with progress_bar() as progress:
-        seen, skipped = detect_in_set(data, body=network, head=head, least=least, progress=progress)
+        seen, skipped = detect_in_set(
+            data, network=network, head=head, least=least, progress=progress
+        )
     for name in skipped:
         say(f"note: scene {name} has no picture; its list is kept as it is")
     if folder is not None:

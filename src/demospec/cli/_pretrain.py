@@ -49,7 +49,7 @@ def pretrain(
     """Pretrain the distance network on synthetic pictures; no data and no labels are needed.
 
     The weight file is complete at any time and holds its recipe; Ctrl-C keeps the weights so
-    far. Use it by `FieldModel.fit(data, body=load_body(FILE))` or `demospec detect --body FILE`.
+    far. Use it by `fit_model(data, network=load_network(FILE))` or `demospec detect --body FILE`.
     The result depends on the settings and the seed, not on the number of workers.
     """
     from demospec.errors import InputError

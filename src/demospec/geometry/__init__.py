@@ -1,6 +1,7 @@
 """Geometry in the plane: footprints, exact distances between shapes, points and segments."""
 
 from demospec.geometry._extent import Bounds, bounds_of, extent, path_bounds
+from demospec.geometry._maps import read_map
 from demospec.geometry._multi_polygon import MultiPolygon
 from demospec.geometry._outlines import rims, similar
 from demospec.geometry._segment_distance import (
@@ -23,6 +24,7 @@ __all__ = [
     "nearest",
     "path_bounds",
     "path_distance",
+    "read_map",
     "rectangle",
     "rims",
     "segment_distance",

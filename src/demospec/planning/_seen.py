@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from demospec.errors import InputError
 from demospec.frames import FloatArray
+from demospec.geometry import read_map
 from demospec.planning._results import Envelope, Zone
 from demospec.rules import RuleSet
 from demospec.scene import Scene
@@ -25,7 +26,7 @@ _SIGMAS = 2.0
 
 @runtime_checkable
 class SeeingModel(Protocol):
-    """What planning asks of a model that sees: its rule set, and the parts of a view."""
+    """A model that perceives: its rule set, and views with perceived objects."""
 
     rules: RuleSet
 
@@ -62,16 +63,7 @@ class SeenOutline:
 
     def signed_distance(self, points: ArrayLike) -> FloatArray:
         """Shape (..., 2) → (...), set units."""
-        p = np.asarray(points, dtype=np.float64)[..., :2]
-        h, w = self.distance.shape
-        x = np.clip(p[..., 0] / self.size[0] * w - 0.5, 0.0, w - 1.0)
-        y = np.clip(p[..., 1] / self.size[1] * h - 0.5, 0.0, h - 1.0)
-        i, j = np.minimum(y.astype(int), max(h - 2, 0)), np.minimum(x.astype(int), max(w - 2, 0))
-        u, v = x - j, y - i
-        d = self.distance
-        i1, j1 = np.minimum(i + 1, h - 1), np.minimum(j + 1, w - 1)
-        top = d[i, j] * (1 - u) + d[i, j1] * u
-        return np.asarray(top * (1 - v) + (d[i1, j] * (1 - u) + d[i1, j1] * u) * v)
+        return read_map(self.distance, np.asarray(points, dtype=np.float64)[..., :2], self.size)
 
     def moved(self, by: ArrayLike) -> SeenOutline:
         raise NotImplementedError("a seen outline stays where it was seen")
@@ -92,28 +84,28 @@ def seen_zones(
     *,
     symbols: Sequence[str] | None = None,
 ) -> tuple[Zone, ...]:
-    """Zones around the parts of a scene that the model sees and that matter to a type.
+    """Zones around the objects that the model perceives in a scene and that matter to a type.
 
-    A part matters where its relevance is above one half; the envelope's ends are two standard
+    An object matters where its relevance is above one half; the envelope's ends are two standard
     deviations of clearance and seen distance together.
 
     Raises:
-        InputError: The model is not one that sees parts.
+        InputError: The model is not one that perceives objects.
         CannotJudgeError: The scene has no picture.
     """
     view = model.see(scene)
-    if getattr(view, "parts", None) is None:
+    if getattr(view, "perceived", None) is None:
         raise InputError("a model that sees objects (field)", "another", field="model")
     zones = []
-    for part, relevance, clearance, spread in view.relevance(type):
-        classes: Mapping[str, float] = part.classes
+    for item, relevance, clearance, spread in view.relevance(type):
+        classes: Mapping[str, float] = item.classes
         symbol = max(classes, key=lambda name: classes[name])
         if relevance <= 0.5 or (symbols is not None and symbol not in symbols):
             continue
-        slack = _SIGMAS * float(np.hypot(spread, part.error))
+        slack = _SIGMAS * float(np.hypot(spread, item.error))
         slack *= {"upper": 1.0, "max": 1.0, "lower": -1.0, "min": -1.0}.get(envelope, 0.0)
-        x, y = part.center
-        outline = SeenOutline(np.asarray(part.distance, dtype=np.float64), view.size)
+        x, y = item.center
+        outline = SeenOutline(np.asarray(item.distance, dtype=np.float64), view.size)
         name = f"{symbol} at [{x:.0f}, {y:.0f}]"
         zones.append(Zone(name, symbol, outline, max(0.0, clearance + slack)))
     return tuple(zones)

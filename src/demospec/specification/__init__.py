@@ -34,6 +34,7 @@ from demospec.specification.models.beta_vae._stacked import (
     train_stacked,
 )
 from demospec.specification.models.beta_vae._training_data import training_data
+from demospec.specification.models.perceived_rule._view import PerceivedObject
 
 __all__ = [
     "Audit",
@@ -51,6 +52,7 @@ __all__ = [
     "IrlSettings",
     "PaperModel",
     "PaperSettings",
+    "PerceivedObject",
     "Prediction",
     "Predictions",
     "Reconstruction",

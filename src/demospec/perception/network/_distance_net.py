@@ -1,155 +1,78 @@
-"""The body: a small U-Net that sees distance, thickness, material and kind at every pixel.
-
-Input is a picture at canonical scale, RGB in [0, 1]; outputs live on the same pixels. Half the
-work is done at half resolution after an exact 2×2 space-to-depth, so that no sub-pixel detail
-is lost on the way in.
-"""
+"""The distance network: the backbone, and the weights of the heads that read its answers."""
 
 from __future__ import annotations
 
 import copy
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from itertools import pairwise
 from typing import Any
 
 import torch
 from torch import Tensor, nn
-from torch.nn import functional
 
-from demospec.perception._observation import CANONICAL_PX, padding
-from demospec.perception.inference._merging import PAIR_FEATURES
-from demospec.perception.synthetic._things import KINDS
-
-OUTPUTS = 5 + len(KINDS)
-"""Distance (px), thickness (10 px), see-through, contents (logits), height (8 px), kinds."""
+from demospec.perception._canonical import CANONICAL_PX
+from demospec.perception._kinds import KINDS
+from demospec.perception.heads._merging import PAIR_FEATURES
+from demospec.perception.network._backbone import Backbone, NetworkSize, measured_count
 
 
-@dataclass(frozen=True)
-class BodySize:
-    """Channels at half, quarter and eighth resolution, and of the full-resolution end."""
+class DistanceNet(nn.Module):
+    """A backbone with its heads: objectness, merging of segments, uncertainty of distances.
 
-    half: int = 32
-    quarter: int = 56
-    eighth: int = 80
-    full: int = 16
+    The forward pass is the backbone's; the heads' weights travel with it.
+    """
 
-
-def measured_count(size: BodySize) -> int:
-    """Length of `Slot.measured`: shape 7, answers 4 and words, paint 9, pooled features."""
-    return 7 + 4 + len(KINDS) + 9 + 2 * size.half + size.eighth
-
-
-class _Conv(nn.Sequential):
-    def __init__(self, inputs: int, outputs: int, *, stride: int = 1, dilation: int = 1) -> None:
-        super().__init__(
-            nn.Conv2d(inputs, outputs, 3, stride, padding=dilation, dilation=dilation, bias=False),
-            nn.BatchNorm2d(outputs),
-            nn.ReLU(inplace=True),
-        )
-
-
-class _Residual(nn.Module):
-    def __init__(self, channels: int, dilation: int = 1) -> None:
+    def __init__(self, size: NetworkSize | None = None) -> None:
         super().__init__()
-        self.first = _Conv(channels, channels, dilation=dilation)
-        self.second = nn.Sequential(
-            nn.Conv2d(channels, channels, 3, padding=dilation, dilation=dilation, bias=False),
-            nn.BatchNorm2d(channels),
-        )
-
-    def forward(self, x: Tensor) -> Tensor:
-        return functional.relu(x + self.second(self.first(x)))
-
-
-class _Join(nn.Module):
-    """Doubles the resolution of `low`, projects it and adds the skip."""
-
-    def __init__(self, low: int, channels: int) -> None:
-        super().__init__()
-        self.project = nn.Conv2d(low, channels, 1)
-        self.block = _Residual(channels)
-
-    def forward(self, low: Tensor, skip: Tensor) -> Tensor:
-        up = functional.interpolate(
-            self.project(low), scale_factor=2.0, mode="bilinear", align_corners=False
-        )
-        out: Tensor = self.block(up + skip)
-        return out
-
-
-class Body(nn.Module):
-    """(n, 3, h, w) in [0, 1] → answers (n, `OUTPUTS`, h, w) and features (n, half, h/2, w/2)."""
-
-    def __init__(self, size: BodySize | None = None) -> None:
-        super().__init__()
-        self.size = s = size or BodySize()
-        self.stem = nn.Sequential(_Conv(12, s.half), _Residual(s.half))
-        self.down_quarter = nn.Sequential(_Conv(s.half, s.quarter, stride=2), _Residual(s.quarter))
-        self.down_eighth = nn.Sequential(
-            _Conv(s.quarter, s.eighth, stride=2),
-            _Residual(s.eighth),
-            _Residual(s.eighth, dilation=2),
-            _Residual(s.eighth, dilation=4),
-        )
-        self.context = nn.Linear(s.eighth, s.eighth)
-        self.up_quarter = _Join(s.eighth, s.quarter)
-        self.up_half = _Join(s.quarter, s.half)
-        self.spread = nn.Conv2d(s.half, 4 * s.full, 3, padding=1)
-        self.fine = nn.Conv2d(3, s.full, 3, padding=1)
-        self.end = nn.Conv2d(s.full, OUTPUTS, 3, padding=1)
-        # How far off the distances may be (`_doubt`), from the features; without weights: as usual.
+        self.size = s = size or NetworkSize()
+        self.backbone = Backbone(s)
+        # Without weights distances are as uncertain as usual.
         level = nn.Conv2d(16, 1, 3, padding=1)
         nn.init.zeros_(level.weight)
         nn.init.zeros_(level.bias)  # type: ignore[arg-type]  # it has one
-        self.doubt = nn.Sequential(nn.Conv2d(s.half, 16, 3, padding=1), nn.ReLU(), level)
-        # The judge of slots (`_judge`) and what joins fragments (`_fragments`) travel with the
-        # weights; the forward pass does without all three.
-        looks, words = measured_count(s), len(KINDS) + 1
-        # So does the width of the tables it was trained on, map pixels.
+        self.uncertainty = nn.Sequential(nn.Conv2d(s.half, 16, 3, padding=1), nn.ReLU(), level)
+        measured, words = measured_count(s), len(KINDS) + 1
+        # Width of the tables it was trained on, map pixels.
         self.register_buffer("table_px", torch.tensor([float(CANONICAL_PX)]))
-        self.register_buffer("judge_center", torch.zeros(looks))
-        self.register_buffer("judge_scale", torch.ones(looks))
-        self.register_buffer("judge_weight", torch.zeros(words, looks))
-        self.register_buffer("judge_bias", torch.zeros(words))
-        self.register_buffer("joiner_center", torch.zeros(PAIR_FEATURES))
-        self.register_buffer("joiner_scale", torch.ones(PAIR_FEATURES))
-        self.register_buffer("joiner_weight", torch.zeros(PAIR_FEATURES))
-        self.register_buffer("joiner_bias", torch.full((1,), -9.0))  # joins nothing
+        self.register_buffer("objectness_center", torch.zeros(measured))
+        self.register_buffer("objectness_scale", torch.ones(measured))
+        self.register_buffer("objectness_weight", torch.zeros(words, measured))
+        self.register_buffer("objectness_bias", torch.zeros(words))
+        self.register_buffer("merging_center", torch.zeros(PAIR_FEATURES))
+        self.register_buffer("merging_scale", torch.ones(PAIR_FEATURES))
+        self.register_buffer("merging_weight", torch.zeros(PAIR_FEATURES))
+        self.register_buffer("merging_bias", torch.full((1,), -9.0))  # merges nothing
 
     def forward(self, picture: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         """Answers, features at half resolution, features at eighth resolution."""
-        height, width = picture.shape[-2:]
-        top, bottom, left, right = padding(height, width)
-        padded = functional.pad(picture, (left, right, top, bottom), mode="reflect")
-        padded = (padded - 0.45) * 4.0
-        half = self.stem(functional.pixel_unshuffle(padded, 2))
-        quarter = self.down_quarter(half)
-        eighth = self.down_eighth(quarter)
-        # What the whole picture is like: which table, which light.
-        eighth = eighth + self.context(eighth.mean(dim=(2, 3)))[:, :, None, None]
-        up = self.up_quarter(eighth, quarter)
-        features = self.up_half(up, half)
-        full = functional.relu(
-            functional.pixel_shuffle(self.spread(features), 2) + self.fine(padded)
-        )
-        answers = self.end(full)
-        scale = torch.ones(OUTPUTS, device=answers.device, dtype=answers.dtype)
-        scale[0] = 8.0
-        answers = answers * scale[None, :, None, None]
-        cut = answers[..., top : top + height, left : left + width]
-        return cut, features, eighth
+        found: tuple[Tensor, Tensor, Tensor] = self.backbone(picture)
+        return found
+
+    def buffers_of(self, head: str) -> dict[str, Tensor]:
+        """``center``, ``scale``, ``weight`` and ``bias`` of the head of that name."""
+        prefix = f"{head}_"
+        return {
+            name.removeprefix(prefix): value
+            for name, value in self.named_buffers(recurse=False)
+            if name.startswith(prefix)
+        }
+
+    @property
+    def table_width_px(self) -> float:
+        """Map pixels along the longer side of the tables that it was trained on."""
+        return float(dict(self.named_buffers(recurse=False))["table_px"][0])
 
 
-def folded(body: Body) -> Body:
+def folded(network: DistanceNet) -> DistanceNet:
     """The same function with every batch norm folded into its convolution (for inference).
 
-    The norms that remain are identities, so that both kinds of body share one layout.
+    The norms that remain are identities, so that both kinds of network share one layout.
     """
-    if not any(isinstance(module, nn.BatchNorm2d) for module in body.modules()):
-        return copy.deepcopy(body).eval()
-    out = Body(body.size)
-    out.load_state_dict(body.state_dict())
+    if not any(isinstance(module, nn.BatchNorm2d) for module in network.modules()):
+        return copy.deepcopy(network).eval()
+    out = DistanceNet(network.size)
+    out.load_state_dict(network.state_dict())
     out.eval()
     for module in out.modules():
         if isinstance(module, nn.Sequential):
@@ -163,11 +86,11 @@ def folded(body: Body) -> Body:
     return out
 
 
-def empty_folded(size: BodySize) -> Body:
-    """A folded body of that size, weights to be loaded."""
-    return folded(Body(size).eval())
+def empty_folded(size: NetworkSize) -> DistanceNet:
+    """A folded network of that size, weights to be loaded."""
+    return folded(DistanceNet(size).eval())
 
 
-def size_from(document: Mapping[str, Any]) -> BodySize:
+def size_from(document: Mapping[str, Any]) -> NetworkSize:
     """The size saved in a recipe."""
-    return BodySize(**{key: int(document[key]) for key in asdict(BodySize())})
+    return NetworkSize(**{key: int(document[key]) for key in asdict(NetworkSize())})

@@ -2,8 +2,8 @@
 
 The paper's β-VAE writes a scene into 15 numbers (`PaperModel.encode`). This code is longer and
 says what is meant: each thing has a place, a size, a direction, an outline and paint of its
-own, so that it can be moved, taken away or laid into another scene. What is no slot cannot be
-drawn: a thing that the body missed is missing from the reconstruction too.
+own, so that it can be moved, taken away or laid into another scene. What was not detected
+cannot be drawn: an object that was missed is missing from the reconstruction too.
 
 Lengths are map pixels of `grid` (100 along the longer side by default), so that a code can be
 drawn at any picture size.
@@ -52,7 +52,7 @@ class CodeLength:
 
 
 @dataclass(frozen=True)
-class SlotCode:
+class ObjectCode:
     """One thing.
 
     Args:
@@ -66,7 +66,7 @@ class SlotCode:
         height: How high it stands, map pixels; the shadow's length goes with it.
         shade: How much of the light its shadow takes, 0 … 1.
         symbol: What it is called (a generic word where nothing names it); not a number.
-        confidence: How sure the body was that it is there; nothing is drawn from it.
+        confidence: Probability that it is there; nothing is drawn from it.
     """
 
     center: FloatArray
@@ -130,19 +130,24 @@ class SceneCode:
         grid: (width, height) of the map that lengths refer to.
         table: What lies under the things.
         lamp: (2,) how far a shadow moves per unit of height, right and down.
-        slots: The things, in any order.
+        objects: The things, in any order.
     """
 
     size_px: tuple[int, int]
     grid: tuple[int, int]
     table: TableCode
     lamp: FloatArray
-    slots: tuple[SlotCode, ...]
+    objects: tuple[ObjectCode, ...]
 
     @property
     def numbers(self) -> int:
         """How many numbers the picture is drawn from; its size is not counted."""
-        return 2 + self.table.numbers + sum(slot.numbers for slot in self.slots)
+        return 2 + self.table.numbers + sum(item.numbers for item in self.objects)
+
+    @property
+    def slots(self) -> tuple[ObjectCode, ...]:
+        """Former name of `objects`."""
+        return self.objects
 
     @property
     def per_pixel(self) -> FloatArray:
@@ -153,26 +158,26 @@ class SceneCode:
         """The same scene with one thing elsewhere.
 
         Args:
-            index: Of the slot.
+            index: Of the object.
             center_px: (2,) new middle of its patch, picture pixels.
             angle_rad: New direction; None keeps the old one.
 
         Raises:
-            InputError: No such slot, or a place that is no pair of finite numbers.
+            InputError: No such object, or a place that is no pair of finite numbers.
         """
-        if not 0 <= index < len(self.slots):
-            raise InputError(f"a slot, 0 to {len(self.slots) - 1}", index, field="index")
+        if not 0 <= index < len(self.objects):
+            raise InputError(f"an object, 0 to {len(self.objects) - 1}", index, field="index")
         to = np.asarray(center_px, np.float64)
         if to.shape != (2,) or not np.isfinite(to).all():
             raise InputError("x and y, pixels", center_px, field="center_px")
-        old = self.slots[index]
+        old = self.objects[index]
         new = replace(
             old,
             center=to / self.per_pixel,
             angle_rad=old.angle_rad if angle_rad is None else float(angle_rad),
         )
-        return replace(self, slots=(*self.slots[:index], new, *self.slots[index + 1 :]))
+        return replace(self, objects=(*self.objects[:index], new, *self.objects[index + 1 :]))
 
-    def with_slots(self, slots: tuple[SlotCode, ...]) -> SceneCode:
+    def with_objects(self, objects: tuple[ObjectCode, ...]) -> SceneCode:
         """The same table and lamp with other things."""
-        return replace(self, slots=slots)
+        return replace(self, objects=objects)

@@ -13,7 +13,7 @@ import numpy as np
 
 from demospec.errors import InputError
 from demospec.frames import FloatArray
-from demospec.perception.scene_code._code import SceneCode, SlotCode
+from demospec.perception.scene_code._code import ObjectCode, SceneCode
 from demospec.perception.scene_code._patch_basis import OPPONENT, load_bases
 from demospec.perception.scene_code._table import drawn_table
 from demospec.scene import Image, Polygon
@@ -48,23 +48,23 @@ class Window:
         return np.clip(0.5 - self.distance, 0.0, 1.0)
 
 
-def window_of(slot: SlotCode, raster: tuple[int, int], per_pixel: FloatArray) -> Window:
-    """A slot on a raster.
+def window_of(item: ObjectCode, raster: tuple[int, int], per_pixel: FloatArray) -> Window:
+    """An object on a raster.
 
     Args:
         raster: (width, height), pixels.
         per_pixel: (2,) raster pixels per map pixel.
     """
-    frame = slot.frame
+    frame = item.frame
     corners = frame.outward(np.array([[-1.0, -1], [-1, 1], [1, -1], [1, 1]])) * per_pixel
     low = np.clip(np.floor(corners.min(axis=0)).astype(int), 0, raster)
     high = np.clip(np.ceil(corners.max(axis=0)).astype(int), low, raster)
     x, y = np.arange(low[0], high[0]) + 0.5, np.arange(low[1], high[1]) + 0.5
     points = np.stack(np.meshgrid(x, y), axis=-1) / per_pixel
     places = frame.inward(points)
-    basis = load_bases().outline.cut(len(slot.outline))
+    basis = load_bases().outline.cut(len(item.outline))
     mean, patches = basis.at(places.reshape(-1, 2))
-    level = (mean + patches @ slot.outline).reshape(places.shape[:2])
+    level = (mean + patches @ item.outline).reshape(places.shape[:2])
     # Outside its patch a thing is not.
     beyond = (np.maximum(np.abs(places) - 1.0, 0.0) * frame.half).max(axis=-1)
     distance = np.where(beyond > 0, beyond + 1.0, level * frame.half[1])
@@ -72,24 +72,24 @@ def window_of(slot: SlotCode, raster: tuple[int, int], per_pixel: FloatArray) ->
     return Window(slice(low[1], high[1]), slice(low[0], high[0]), places, distance)
 
 
-def paint_of(slot: SlotCode, places: FloatArray) -> FloatArray:
+def paint_of(item: ObjectCode, places: FloatArray) -> FloatArray:
     """(n, 3) light that the thing adds at places (n, 2) of its frame, RGB, 1 = white."""
     bases = load_bases()
     planes = np.empty((len(places), 3))
-    mean, patches = bases.luma.cut(len(slot.luma)).at(places)
-    planes[:, 0] = mean + patches @ slot.luma
-    mean, patches = bases.chroma.cut(slot.chroma.shape[1]).at(places)
-    planes[:, 1:] = mean[:, None] + patches @ slot.chroma.T
+    mean, patches = bases.luma.cut(len(item.luma)).at(places)
+    planes[:, 0] = mean + patches @ item.luma
+    mean, patches = bases.chroma.cut(item.chroma.shape[1]).at(places)
+    planes[:, 1:] = mean[:, None] + patches @ item.chroma.T
     return np.asarray(planes @ OPPONENT)
 
 
-def drawing_order(slots: Sequence[SlotCode]) -> list[SlotCode]:
+def drawing_order(objects: Sequence[ObjectCode]) -> list[ObjectCode]:
     """The larger first, whatever the order in the code: things are a set."""
-    return sorted(slots, key=lambda s: (-float(s.half.prod()), *s.vector().tolist()))
+    return sorted(objects, key=lambda s: (-float(s.half.prod()), *s.vector().tolist()))
 
 
 def shadow_of(
-    slot: SlotCode, lamp: FloatArray, raster: tuple[int, int], per_pixel: FloatArray
+    item: ObjectCode, lamp: FloatArray, raster: tuple[int, int], per_pixel: FloatArray
 ) -> tuple[slice, slice, FloatArray]:
     """Rows, columns and (h, w) share of the lamp's light that the thing takes, before `shade`.
 
@@ -99,15 +99,15 @@ def shadow_of(
     from scipy.ndimage import gaussian_filter, shift
 
     unit = float(np.sqrt(per_pixel.prod()))
-    window = window_of(slot, raster, per_pixel)
-    far = slot.height * lamp * per_pixel
-    margin = int(np.ceil(np.abs(far).max() + 3 * unit * (CONTACT + SOFT * slot.height))) + 1
+    window = window_of(item, raster, per_pixel)
+    far = item.height * lamp * per_pixel
+    margin = int(np.ceil(np.abs(far).max() + 3 * unit * (CONTACT + SOFT * item.height))) + 1
     # The margin is cut at the raster's edge only after blurring: edges take no light.
     cover = np.pad(window.cover, margin)
     layers = 2 + min(6, int(np.hypot(*far) / (1.5 * unit)))
     dark = np.zeros_like(cover)
     for share in np.linspace(0.0, 1.0, layers):
-        sigma = unit * max(CONTACT, SOFT * slot.height * share)
+        sigma = unit * max(CONTACT, SOFT * item.height * share)
         layer = gaussian_filter(cover, sigma, mode="constant")
         moved = shift(layer, (far[1] * share, far[0] * share), order=1, mode="constant")
         np.maximum(dark, moved, out=dark)
@@ -123,9 +123,9 @@ def drawn_shadows(code: SceneCode, raster: tuple[int, int] | None = None) -> Flo
     raster = code.size_px if raster is None else raster
     per_pixel = np.asarray(raster, np.float64) / np.asarray(code.grid, np.float64)
     left = np.ones((raster[1], raster[0]))
-    for slot in drawing_order(code.slots):
-        rows, columns, dark = shadow_of(slot, code.lamp, raster, per_pixel)
-        left[rows, columns] *= 1.0 - slot.shade * dark
+    for item in drawing_order(code.objects):
+        rows, columns, dark = shadow_of(item, code.lamp, raster, per_pixel)
+        left[rows, columns] *= 1.0 - item.shade * dark
     return left
 
 
@@ -148,23 +148,23 @@ def draw_scene_code(code: SceneCode, size_px: tuple[int, int] | None = None) -> 
     size = (int(size[0]), int(size[1]))
     per_pixel = np.asarray(size, np.float64) / np.asarray(code.grid, np.float64)
     image = drawn_table(code.table, code.grid, size) * drawn_shadows(code, size)[..., None]
-    for slot in drawing_order(code.slots):
-        window = window_of(slot, size, per_pixel)
+    for item in drawing_order(code.objects):
+        window = window_of(item, size, per_pixel)
         cover = window.cover[..., None]
-        paint = paint_of(slot, window.places.reshape(-1, 2)).reshape(*cover.shape[:2], 3)
+        paint = paint_of(item, window.places.reshape(-1, 2)).reshape(*cover.shape[:2], 3)
         here = image[window.rows, window.columns]
-        image[window.rows, window.columns] = here * (1 - cover * (1 - slot.clear)) + paint * cover
+        image[window.rows, window.columns] = here * (1 - cover * (1 - item.clear)) + paint * cover
     return np.asarray(np.clip(image, 0.0, 1.0) * 255 + 0.5, np.uint8)
 
 
-def outline_of(slot: SlotCode, code: SceneCode) -> Polygon | None:
+def outline_of(item: ObjectCode, code: SceneCode) -> Polygon | None:
     """The outline as drawn, picture pixels; None where it covers nothing."""
     from skimage.measure import approximate_polygon, find_contours
 
     per_pixel = code.per_pixel
     fine = 2  # samples a picture pixel
     raster = (fine * code.size_px[0], fine * code.size_px[1])
-    window = window_of(slot, raster, per_pixel * fine)
+    window = window_of(item, raster, per_pixel * fine)
     padded = np.pad(window.distance, 1, constant_values=1.0)
     contours = find_contours(padded, 0.0)  # type: ignore[no-untyped-call]
     if not contours:

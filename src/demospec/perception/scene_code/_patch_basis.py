@@ -1,7 +1,7 @@
-"""The basis in which outlines and paint of slots are written: principal patches.
+"""The basis in which outlines and paint of objects are written: principal patches.
 
 Learned without labels and without any catalogue from generated pictures (`_patch_learn`); it
-does not depend on the body.
+does not depend on the network.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from demospec.errors import InputError
 from demospec.frames import FloatArray
-from demospec.perception._observation import Float32Array
+from demospec.perception._canonical import Float32Array
 from demospec.perception.scene_code._patch_frame import PATCH
 
 PATCHES = Path(__file__).parents[1] / "weights" / "patches.safetensors"

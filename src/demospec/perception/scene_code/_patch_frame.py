@@ -1,4 +1,4 @@
-"""A slot's own frame: where it stands, how it is turned, how far it reaches.
+"""An object's own frame: where it stands, how it is turned, how large it is.
 
 Lengths are map pixels. In the frame, u runs along the longer principal axis towards the side
 that reaches further from the centre of area (a mug's handle, a spoon's handle), v across it;
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from demospec.frames import FloatArray
-from demospec.perception._observation import Float32Array
+from demospec.perception._canonical import Float32Array
 
 MARGIN = 1.5
 """Map pixels between an outline and the edge of its patch: a rim needs an outside."""

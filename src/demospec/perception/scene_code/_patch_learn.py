@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from demospec.frames import FloatArray
-from demospec.perception._observation import UNIT_PX, read_map
+from demospec.geometry import read_map
+from demospec.perception._canonical import PERCENT_PX
 from demospec.perception.scene_code._patch_basis import (
     OPPONENT,
     PatchBases,
@@ -25,11 +26,11 @@ from demospec.progress import Progress, silent
 COUNTS = {"outline": 32, "luma": 64, "chroma": 16}
 """How many patches are kept of each basis."""
 
-LEAST_AREA = 20.0 * UNIT_PX**2  # map pixels²; smaller things have no detail to learn from
+LEAST_AREA = 20.0 * PERCENT_PX**2  # map pixels²; smaller things have no detail to learn from
 
 
 def learn_bases(pictures: int = 2000, seed: int = 5, *, progress: Progress = silent) -> PatchBases:
-    """Learns the bases from generated pictures; their outlines are exact, no body looks.
+    """Learns the bases from generated pictures; their outlines are exact, no network is used.
 
     Args:
         pictures: How many are drawn, about 3.2 usable things each.
@@ -50,9 +51,9 @@ def _things(
     """Outlines (n, P, P) and paint (n, P, P, 3) of all whole things in generated pictures."""
     from scipy.ndimage import distance_transform_edt
 
+    from demospec.perception._level_sets import distance_from_level
     from demospec.perception.synthetic._backgrounds import NoiseBank
     from demospec.perception.synthetic._pictures import CHANNELS, make_picture
-    from demospec.perception.synthetic._shapes import distance_from_level
 
     rng = np.random.default_rng(seed)
     bank = NoiseBank.make(rng)

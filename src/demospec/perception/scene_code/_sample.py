@@ -14,7 +14,7 @@ import numpy as np
 
 from demospec.errors import InputError
 from demospec.frames import FloatArray
-from demospec.perception.scene_code._code import SceneCode, SlotCode, TableCode
+from demospec.perception.scene_code._code import ObjectCode, SceneCode, TableCode
 from demospec.perception.scene_code._draw import draw_scene_code, outline_of
 from demospec.scene import Footprint, Picture, Scene, SceneObject
 
@@ -53,35 +53,35 @@ class SceneSampler:
         alike = [c for c in self.codes if c.grid == base.grid and c.size_px == base.size_px]
         other = alike[int(rng.integers(len(alike)))]
         code = replace(
-            base, table=_between_tables(base.table, other.table, float(rng.random())), slots=()
+            base, table=_between_tables(base.table, other.table, float(rng.random())), objects=()
         )
-        pool = [slot for c in alike for slot in c.slots if _whole(slot, c)]
+        pool = [item for c in alike for item in c.objects if _whole(item, c)]
         ends = np.array([start[:2], goal[:2]], dtype=np.float64)
-        placed: list[SlotCode] = []
+        placed: list[ObjectCode] = []
         shapes: list[Footprint] = []
-        for _ in range(len(base.slots) if pool else 0):
-            slot = _new_slot(pool, rng)
-            found = _placed(slot, code, shapes, ends, rng)
+        for _ in range(len(base.objects) if pool else 0):
+            item = _new_item(pool, rng)
+            found = _placed(item, code, shapes, ends, rng)
             if found is not None:
                 placed.append(found[0])
                 shapes.append(found[1])
-        code = code.with_slots(tuple(placed))
+        code = code.with_objects(tuple(placed))
         objects = tuple(
-            _listed(slot, shape, i)
-            for i, (slot, shape) in enumerate(zip(placed, shapes, strict=True))
+            _listed(item, shape, i)
+            for i, (item, shape) in enumerate(zip(placed, shapes, strict=True))
         )
         picture = Picture(array=draw_scene_code(code))
         return Scene(name, start, goal, objects, picture), code
 
 
-def _whole(slot: SlotCode, code: SceneCode) -> bool:
+def _whole(item: ObjectCode, code: SceneCode) -> bool:
     """Whether the thing lies inside the picture, not cut by its edge."""
-    corners = slot.frame.outward(np.array([[-1.0, -1], [-1, 1], [1, -1], [1, 1]]))
+    corners = item.frame.outward(np.array([[-1.0, -1], [-1, 1], [1, -1], [1, 1]]))
     inside = (corners > -1.0) & (corners < np.asarray(code.grid) + 1.0)
-    return bool(inside.all() and np.abs(slot.outline).max() > 0)
+    return bool(inside.all() and np.abs(item.outline).max() > 0)
 
 
-def _new_slot(pool: list[SlotCode], rng: np.random.Generator) -> SlotCode:
+def _new_item(pool: list[ObjectCode], rng: np.random.Generator) -> ObjectCode:
     """A thing between one of the pool and one of the five of its name that are most alike."""
     one = pool[int(rng.integers(len(pool)))]
     same = [s for s in pool if s.symbol == one.symbol and len(s.vector()) == len(one.vector())]
@@ -91,13 +91,13 @@ def _new_slot(pool: list[SlotCode], rng: np.random.Generator) -> SlotCode:
     return between_slots(one, other, float(rng.uniform(0.0, _MIX)))
 
 
-def _unlike(one: SlotCode, other: SlotCode) -> float:
+def _unlike(one: ObjectCode, other: ObjectCode) -> float:
     outline = float(((one.outline - other.outline) ** 2).sum())
     size = float((np.log(one.half / other.half) ** 2).sum())
     return outline + 20.0 * size + 0.05 * float(((one.luma - other.luma) ** 2).sum())
 
 
-def between_slots(one: SlotCode, other: SlotCode, share: float) -> SlotCode:
+def between_slots(one: ObjectCode, other: ObjectCode, share: float) -> ObjectCode:
     """The thing that lies `share` of the way from one to another; names are the nearer's."""
 
     def mix(a: FloatArray, b: FloatArray) -> FloatArray:
@@ -129,18 +129,18 @@ def _between_tables(one: TableCode, other: TableCode, share: float) -> TableCode
 
 
 def _placed(
-    slot: SlotCode,
+    item: ObjectCode,
     code: SceneCode,
     shapes: Sequence[Footprint],
     ends: FloatArray,
     rng: np.random.Generator,
-) -> tuple[SlotCode, Footprint] | None:
+) -> tuple[ObjectCode, Footprint] | None:
     """The thing at a free place, and its outline there; None where there is no room."""
     size = np.asarray(code.size_px, np.float64)
     side = float(size.max())
     for _ in range(_TRIES):
         here = replace(
-            slot,
+            item,
             center=rng.uniform(0.0, 1.0, 2) * code.grid,
             angle_rad=float(rng.uniform(-np.pi, np.pi)),
         )
@@ -161,8 +161,8 @@ def _placed(
     return None
 
 
-def _listed(slot: SlotCode, shape: Footprint, number: int) -> SceneObject:
+def _listed(item: ObjectCode, shape: Footprint, number: int) -> SceneObject:
     x0, y0, x1, y1 = shape.bounds
     box = (round(x0, 3), round(y0, 3), round(x1 - x0, 3), round(y1 - y0, 3))
     middle = (round((x0 + x1) / 2, 3), round((y0 + y1) / 2, 3))
-    return SceneObject(f"{slot.symbol}-{number}", slot.symbol, middle, box, shape)
+    return SceneObject(f"{item.symbol}-{number}", item.symbol, middle, box, shape)

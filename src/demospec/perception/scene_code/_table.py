@@ -2,7 +2,7 @@
 
 Every number of a table reaches over the whole picture. Waves are taken only where they stand
 out from their neighbours in the spectrum, as stripes, checks and grain do and as a thing on
-the table does not: so the table cannot quietly draw what the body has missed.
+the table does not: so the table cannot quietly draw what was not detected.
 """
 
 from __future__ import annotations

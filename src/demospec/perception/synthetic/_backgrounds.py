@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from demospec.perception.synthetic._shapes import Field
+from demospec.perception._level_sets import Field
 
 Colour = NDArray[np.float32]
 

@@ -1,4 +1,4 @@
-"""Cameras: what size a picture has for the body, and how those of pretraining pictures differ."""
+"""Cameras of synthetic pictures: resolution, size of things and of patterns."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from demospec.frames import FloatArray
-from demospec.perception._observation import UNIT_PX, Float32Array
+from demospec.perception._canonical import PERCENT_PX, Float32Array, resized, to_grid
 from demospec.scene import Image
 
 if TYPE_CHECKING:
-    from demospec.perception.synthetic._shapes import Field
+    from demospec.perception._level_sets import Field
     from demospec.perception.synthetic._solid_parts import Solid
 
 _LOW_SHARE, _ANY_SHARE = 0.55, 0.25  # of the pictures; the rest has a pixel per map pixel
@@ -37,11 +37,11 @@ class Camera:
 
     @classmethod
     def random(cls, rng: np.random.Generator, size: int) -> Camera:
-        """Half of them have a pixel per hundredth of the table, as simulated scenes have."""
+        """Half of them have a pixel per percent of the table, as simulated scenes have."""
         pick = rng.random()
         share = 1.0
         if pick < _LOW_SHARE:
-            share = 1.0 / UNIT_PX
+            share = 1.0 / PERCENT_PX
         elif pick < _LOW_SHARE + _ANY_SHARE:
             share = rng.uniform(0.55, 1.0)
         zoom = float(rng.uniform(0.5, 1.0)) if rng.random() < _FAR_SHARE else 1.0
@@ -49,13 +49,13 @@ class Camera:
         return cls(size, max(8, round(size * share)), zoom, texture)
 
     def units(self, pixels: int, texture: float = 1.0) -> tuple[Field, Field]:
-        """(x, y) of the centres of a picture's pixels in hundredths of the usual table.
+        """(x, y) of the centres of a picture's pixels in percent of the usual table.
 
         Args:
             pixels: Along a side.
             texture: What is drawn over them becomes that much smaller.
         """
-        step = self.size_px / pixels / UNIT_PX / texture
+        step = self.size_px / pixels / PERCENT_PX / texture
         y, x = ((np.mgrid[0:pixels, 0:pixels] + 0.5) * step).astype(np.float32)
         return x, y
 
@@ -81,26 +81,6 @@ class Camera:
         return resized(picture.transpose(2, 0, 1), grid).transpose(1, 2, 0)
 
     def brought(self, pixels: Image) -> Image:
-        """The picture taken, enlarged to map pixels as a look enlarges it."""
+        """The picture taken, enlarged to map pixels as an observation enlarges it."""
         planes = to_grid(pixels, (self.size_px, self.size_px)).transpose(1, 2, 0)
         return np.asarray(planes * 255 + 0.5, np.uint8)
-
-
-def resized(planes: Float32Array, grid: tuple[int, int]) -> Float32Array:
-    """(c, h, w) → (c, grid), smoothed where it shrinks."""
-    if planes.shape[:0:-1] == grid:
-        return np.ascontiguousarray(planes)
-    import PIL.Image
-
-    # A box moves rims by up to 0.2 pixels where the sizes are no multiples; this does not.
-    shrinks = planes.shape[2] > grid[0]
-    how = PIL.Image.Resampling.HAMMING if shrinks else PIL.Image.Resampling.BICUBIC
-    # In floats: rounded between rows and columns, a turned picture would not give turned planes.
-    whole = (PIL.Image.fromarray(np.ascontiguousarray(plane)) for plane in planes)
-    return np.stack([np.asarray(plane.resize(grid, how)) for plane in whole])
-
-
-def to_grid(pixels: Image, grid: tuple[int, int]) -> Float32Array:
-    """(h, w, 3) uint8 → (3, grid) in [0, 1]."""
-    planes = pixels.transpose(2, 0, 1).astype(np.float32) / np.float32(255)
-    return np.asarray(np.clip(resized(planes, grid), 0.0, 1.0), np.float32)

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from demospec.frames import FloatArray
-from demospec.perception._observation import CANONICAL_PX, UNIT_PX
+from demospec.perception._canonical import CANONICAL_PX, PERCENT_PX
+from demospec.perception._level_sets import Field, distance_from_level
 from demospec.perception.synthetic._backgrounds import (
     Colour,
     NoiseBank,
@@ -19,15 +20,14 @@ from demospec.perception.synthetic._backgrounds import (
     uneven_light,
 )
 from demospec.perception.synthetic._camera import Camera
-from demospec.perception.synthetic._shapes import Field, distance_from_level
-from demospec.perception.synthetic._things import Thing, make_thing
+from demospec.perception.synthetic._things import SyntheticObject, make_object
 
 Planes = NDArray[np.float32]
 
-FAR_PX = 24.0 * UNIT_PX
+FAR_PX = 24.0 * PERCENT_PX
 """Distances are clipped to this far outside; nobody keeps more than a quarter of the table."""
 
-DEEP_PX = 10.0 * UNIT_PX
+DEEP_PX = 10.0 * PERCENT_PX
 """Distances are clipped to this deep inside."""
 
 CHANNELS = ("distance", "thickness", "see_through", "contents", "height", "kind", "thing")
@@ -90,7 +90,7 @@ def _shift(field: Field, dx: float, dy: float) -> Field:
 def _cast_shadow(
     rng: np.random.Generator,
     picture: Planes,
-    thing: Thing,
+    thing: SyntheticObject,
     light: DirectedLight,
     height: float,
     clear: bool,
@@ -110,7 +110,7 @@ def _cast_shadow(
 def _albedo(
     rng: np.random.Generator,
     bank: NoiseBank,
-    thing: Thing,
+    thing: SyntheticObject,
     distance: Field,
     x: Field,
     y: Field,
@@ -152,7 +152,9 @@ def _albedo(
     return np.asarray(paint, np.float32)
 
 
-def _surface(rng: np.random.Generator, thing: Thing, distance: Field) -> tuple[Field, Field]:
+def _surface(
+    rng: np.random.Generator, thing: SyntheticObject, distance: Field
+) -> tuple[Field, Field]:
     """Slope of the surface along the inward normal, and how deep the floor lies (0…1)."""
     depth = -distance
     slope = np.zeros_like(depth)
@@ -185,7 +187,7 @@ def _paint_opaque(
     rng: np.random.Generator,
     bank: NoiseBank,
     picture: Planes,
-    thing: Thing,
+    thing: SyntheticObject,
     distance: Field,
     light: DirectedLight,
     x: Field,
@@ -259,7 +261,7 @@ def _paint_clear(
     rng: np.random.Generator,
     bank: NoiseBank,
     picture: Planes,
-    thing: Thing,
+    thing: SyntheticObject,
     distance: Field,
     light: DirectedLight,
     x: Field,
@@ -366,7 +368,7 @@ def make_picture(
             if thing.kind in (0, 3)
             else thing.reach * rng.uniform(0.3, 1.6)
         )
-        height = float(np.clip(height, 0.5, 16 * UNIT_PX))
+        height = float(np.clip(height, 0.5, 16 * PERCENT_PX))
         pick = rng.random()
         if pick < 0.25:
             inside = picture[own < 0]
@@ -404,14 +406,14 @@ def _place(
     distance: Field,
     camera: Camera,
     kinds: FloatArray | None,
-) -> tuple[Thing, Field] | None:
+) -> tuple[SyntheticObject, Field] | None:
     """A thing where it keeps off the others (nearly always), and its own signed distance."""
-    unit = np.float32(UNIT_PX * camera.zoom)
+    unit = np.float32(PERCENT_PX * camera.zoom)
     gap = -1.0 if rng.random() < 0.03 else unit * rng.uniform(1.0, 4.0)
     for _ in range(4):
-        margin = UNIT_PX * (-3 if rng.random() < 0.15 else 8)
+        margin = PERCENT_PX * (-3 if rng.random() < 0.15 else 8)
         cx, cy = rng.uniform(margin, len(distance) - margin, 2)
-        thing = make_thing(rng, (x - np.float32(cx)) / unit, (y - np.float32(cy)) / unit, kinds)
+        thing = make_object(rng, (x - np.float32(cx)) / unit, (y - np.float32(cy)) / unit, kinds)
         thing = thing.enlarged(float(unit))
         inside = thing.level < 0
         if inside.sum() < 5:

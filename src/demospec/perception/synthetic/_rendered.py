@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from demospec.frames import FloatArray
-from demospec.perception._observation import UNIT_PX
+from demospec.perception._canonical import PERCENT_PX
 from demospec.perception.synthetic._backgrounds import NoiseBank, table_top, uneven_light
 from demospec.perception.synthetic._camera import Camera
 from demospec.perception.synthetic._pictures import DEEP_PX, FAR_PX, Planes, finish
@@ -34,7 +34,7 @@ from demospec.scene import (
 _COUNTS = np.array([0.02, 0.05, 0.12, 0.2, 0.22, 0.17, 0.12, 0.06, 0.04])
 _SIMULATED_TABLES = 0.35
 _STONE = 0.45  # of them: closed veins are what is most often taken for things
-_SAMPLES = 12  # a hundredth of the table, along an outline: it is right to 0.1 map pixels
+_SAMPLES = 12  # per percent of the table, along an outline: it is right to 0.1 map pixels
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,7 @@ def render_picture(
         planes[2][mine] = float(thing.solid.kind == CLEAR)
         if thing.solid.filled is not None:
             planes[3][mine] = _covered(thing, size)[mine]
-        planes[4][mine] = UNIT_PX * min(float(thing.solid.mesh.vertices[:, 2].max()), 16.0) / 8.0
+        planes[4][mine] = PERCENT_PX * min(float(thing.solid.mesh.vertices[:, 2].max()), 16.0) / 8.0
         planes[5][mine] = thing.solid.kind
         planes[6][mine] = number
         distance = np.minimum(distance, thing.distance)
@@ -123,21 +123,21 @@ def _stand(
 ) -> _Stood | None:
     """A solid where it keeps off the others; None where there was no room."""
     size = len(distance)
-    gap = UNIT_PX * camera.zoom * rng.uniform(1.0, 4.0)
+    gap = PERCENT_PX * camera.zoom * rng.uniform(1.0, 4.0)
     shown = camera.shown_px / size  # camera pixels per map pixel
     kind = int(rng.choice(len(kinds), p=kinds))
     for _ in range(3):
-        margin = UNIT_PX * (-3 if rng.random() < 0.12 else 6)
+        margin = PERCENT_PX * (-3 if rng.random() < 0.12 else 6)
         near = rng.uniform(margin, size - margin, 2)
         at = np.clip(near.astype(int), 0, size - 1)
-        if distance[at[1], at[0]] < gap + UNIT_PX * camera.zoom * 2.0:
+        if distance[at[1], at[0]] < gap + PERCENT_PX * camera.zoom * 2.0:
             continue
         under = table[tuple(np.minimum((at[::-1] * shown).astype(int), len(table) - 1))]
         solid = camera.zoomed(make_solid(rng, kind, under))
         angle = rng.uniform(0, 2 * np.pi)
         filled = None if solid.filled is None else solid.filled.turned(angle)
         solid = Solid(kind, solid.mesh.turned(angle), filled)
-        scale = UNIT_PX * shown
+        scale = PERCENT_PX * shown
         sprite = draw_sprite(solid.mesh, scale)
         where = (float(near[0] * shown), float(near[1] * shown))
         stamp, (cx, cy) = Stamp.at(sprite, where, lamp, 1.0 / scale, scale)
@@ -147,7 +147,7 @@ def _stand(
         if _area(rim) < 0.95 * float((sprite.height > 0).sum()) / (SAMPLES * scale) ** 2:
             continue  # in several parts, of which the outline holds one
         rim[:, 1] *= -1
-        own = _distance(Polygon(UNIT_PX * rim + np.asarray(center)), pixels)
+        own = _distance(Polygon(PERCENT_PX * rim + np.asarray(center)), pixels)
         if (own < 0).sum() < 5 or (distance[own < gap] <= 0).any():
             continue
         return _Stood(solid, center, own, stamp, number)
@@ -175,7 +175,7 @@ def _distance(
 def _covered(thing: _Stood, size: int) -> NDArray[np.float32]:
     """(size, size): 1 where the contents lie, to the nearest pixel."""
     assert thing.solid.filled is not None
-    mask, half = coverage(thing.solid.filled, UNIT_PX)
+    mask, half = coverage(thing.solid.filled, PERCENT_PX)
     out = np.zeros((size, size), np.float32)
     x, y = (round(c - float(h)) for c, h in zip(thing.center, half, strict=True))
     x0, y0 = max(x, 0), max(y, 0)

@@ -11,15 +11,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from demospec.frames import FloatArray
-from demospec.perception.synthetic import _shapes as shapes
-from demospec.perception.synthetic._shapes import Field
-
-KINDS = ("flat", "hollow", "clear", "long", "tool", "block", "round")
-"""Generic words: what a part looks like when no set says what it is called."""
+from demospec.perception import _level_sets as shapes
+from demospec.perception._kinds import KINDS
+from demospec.perception._level_sets import Field
 
 
 @dataclass(frozen=True)
-class Thing:
+class SyntheticObject:
     """One thing in the picture's frame.
 
     Args:
@@ -40,7 +38,7 @@ class Thing:
     oblique: tuple[float, float] | None = None
     holes: Field | None = None
 
-    def enlarged(self, factor: float) -> Thing:
+    def enlarged(self, factor: float) -> SyntheticObject:
         """The same thing with every length that many times longer."""
         f = np.float32(factor)
         floor, handle, holes = (
@@ -49,7 +47,9 @@ class Thing:
         oblique = self.oblique
         if oblique is not None:
             oblique = (oblique[0] * factor, oblique[1] * factor)
-        return Thing(self.kind, self.level * f, floor, handle, self.reach * factor, oblique, holes)
+        return SyntheticObject(
+            self.kind, self.level * f, floor, handle, self.reach * factor, oblique, holes
+        )
 
 
 def _union(*levels: Field) -> Field:
@@ -102,7 +102,7 @@ def _ear(rng: np.random.Generator, x: Field, y: Field, radius: float) -> Field:
     )
 
 
-def _dish(rng: np.random.Generator, x: Field, y: Field, kind: int) -> Thing:
+def _dish(rng: np.random.Generator, x: Field, y: Field, kind: int) -> SyntheticObject:
     if kind == 0:
         radius = rng.uniform(6, 13) if rng.random() < 0.6 else rng.uniform(6, 26)
     elif kind == 1:
@@ -127,10 +127,10 @@ def _dish(rng: np.random.Generator, x: Field, y: Field, kind: int) -> Thing:
         level = _union(rim, handle)
     if handle is not None:
         handle = np.maximum(handle, -rim)
-    return Thing(kind, level, floor, handle, radius)
+    return SyntheticObject(kind, level, floor, handle, radius)
 
 
-def _oblique(rng: np.random.Generator, x: Field, y: Field, kind: int) -> Thing:
+def _oblique(rng: np.random.Generator, x: Field, y: Field, kind: int) -> SyntheticObject:
     """A bowl, mug or glass at a slant: an elliptic mouth above, its foot displaced downwards."""
     radius = rng.uniform(5, 16) if kind == 1 else rng.uniform(3.5, 10)
     squash = rng.uniform(0.35, 0.95)
@@ -156,12 +156,12 @@ def _oblique(rng: np.random.Generator, x: Field, y: Field, kind: int) -> Thing:
         body = _union(body, loop)
     wall = radius * rng.uniform(0.05, 0.2)
     direction = (-np.sin(angle) * drop, np.cos(angle) * drop)
-    return Thing(
+    return SyntheticObject(
         kind, body, mouth + wall, handle, radius, (float(direction[0]), float(direction[1]))
     )
 
 
-def _long(rng: np.random.Generator, x: Field, y: Field) -> Thing:
+def _long(rng: np.random.Generator, x: Field, y: Field) -> SyntheticObject:
     """A bar with a head: knife, spoon, fork, brush, pen, slice, loop of wires, tongs."""
     if rng.random() < _DIPPERS:
         return _dipper(rng, x, y)
@@ -223,13 +223,13 @@ def _long(rng: np.random.Generator, x: Field, y: Field) -> Thing:
         ]
         level = _union(*legs)
     handle = np.maximum(level, x + cut) if rng.random() < 0.6 else None
-    return Thing(3, np.asarray(level), None, handle, half, holes=holes)
+    return SyntheticObject(3, np.asarray(level), None, handle, half, holes=holes)
 
 
 _DIPPERS = 0.25  # of the long things
 
 
-def _dipper(rng: np.random.Generator, x: Field, y: Field) -> Thing:
+def _dipper(rng: np.random.Generator, x: Field, y: Field) -> SyntheticObject:
     """A hollow or solid round head on a long thin handle, mostly of another colour."""
     length = rng.uniform(12, 40)
     radius = float(np.clip(length * rng.uniform(0.07, 0.22), 1.8, 7.0))
@@ -240,7 +240,7 @@ def _dipper(rng: np.random.Generator, x: Field, y: Field) -> Thing:
     bar = shapes.capsule(x, y, -half, 0, half - 1.6 * radius, 0, *ends)
     floor = head + radius * rng.uniform(0.1, 0.5) if rng.random() < 0.65 else None
     handle = np.maximum(bar, -head) if rng.random() < 0.8 else None
-    return Thing(3, _union(bar, head), floor, handle, half)
+    return SyntheticObject(3, _union(bar, head), floor, handle, half)
 
 
 def _tines(
@@ -262,7 +262,7 @@ def _tines(
     return parts
 
 
-def _tool(rng: np.random.Generator, x: Field, y: Field) -> Thing:
+def _tool(rng: np.random.Generator, x: Field, y: Field) -> SyntheticObject:
     """Two or more thick members: hammer, pliers, drill, wrench, scissors, spatula, a frame."""
     size = rng.uniform(8, 24)
     thick = size * rng.uniform(0.08, 0.2) + 0.5
@@ -333,10 +333,10 @@ def _tool(rng: np.random.Generator, x: Field, y: Field) -> Thing:
             )
         level = _union(*parts)
         handle = parts[0] if rng.random() < 0.5 else None
-    return Thing(4, level, None, handle, size)
+    return SyntheticObject(4, level, None, handle, size)
 
 
-def _block(rng: np.random.Generator, x: Field, y: Field) -> Thing:
+def _block(rng: np.random.Generator, x: Field, y: Field) -> SyntheticObject:
     """A box, book, tin, battery or card seen from above."""
     half_x = rng.uniform(3, 20)
     half_y = half_x * rng.uniform(0.3, 1.0)
@@ -345,10 +345,10 @@ def _block(rng: np.random.Generator, x: Field, y: Field) -> Thing:
     handle = None
     if rng.random() < 0.4:
         handle = np.maximum(level, x + half_x * rng.uniform(-0.8, 0.8))
-    return Thing(5, level, None, handle, half_x)
+    return SyntheticObject(5, level, None, handle, half_x)
 
 
-def _round(rng: np.random.Generator, x: Field, y: Field) -> Thing:
+def _round(rng: np.random.Generator, x: Field, y: Field) -> SyntheticObject:
     """A solid: fruit, ball, roll, lid, bottle on its side."""
     radius = rng.uniform(2.5, 14)
     if rng.random() < 0.3:
@@ -359,8 +359,8 @@ def _round(rng: np.random.Generator, x: Field, y: Field) -> Thing:
             neck = radius * rng.uniform(0.25, 0.6)
             level = _union(level, shapes.capsule(x, y, 0, 0, long + radius, 0, neck, neck))
         handle = np.maximum(level, long * 0.4 - x) if rng.random() < 0.6 else None
-        return Thing(6, level, None, handle, long + radius)
-    return Thing(6, _plan(rng, x, y, radius, 0.5), None, None, radius)
+        return SyntheticObject(6, level, None, handle, long + radius)
+    return SyntheticObject(6, _plan(rng, x, y, radius, 0.5), None, None, radius)
 
 
 CLEAR_SHARE = 0.17
@@ -378,9 +378,9 @@ def kind_shares(clear_share: float = CLEAR_SHARE) -> FloatArray:
     return np.asarray(shares)
 
 
-def make_thing(
+def make_object(
     rng: np.random.Generator, x: Field, y: Field, shares: FloatArray | None = None
-) -> Thing:
+) -> SyntheticObject:
     """A random thing about the origin of (x, y), turned at random.
 
     Args:

@@ -1,25 +1,60 @@
-"""What the judge of slots and the joiner of fragments learn from: generated pictures."""
+"""Synthetic training set: pictures with exact answers, by seed and number."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
-from demospec.frames import FloatArray
-from demospec.perception.heads._logistic import fit_logistic, standard
+from demospec.perception.synthetic._backgrounds import NoiseBank
+from demospec.perception.synthetic._pictures import make_picture
+from demospec.perception.synthetic._rendered import render_picture
+from demospec.perception.synthetic._things import CLEAR_SHARE, kind_shares
 from demospec.progress import Progress
 
-if TYPE_CHECKING:
-    from demospec.perception.network._distance_net import Body
-
-RIDGE = 3.0
 _CHUNK = 10  # pictures painted at once
 
+Chunk = tuple[NDArray[np.uint8], NDArray[np.float16]]
 
-def lessons(
+
+def paint(
+    seed: int,
+    first: int,
+    count: int,
+    size_px: int,
+    clear_share: float = CLEAR_SHARE,
+    rendered: float = 0.6,
+    shares: tuple[float, ...] | None = None,
+) -> Chunk:
+    """Pictures number first … first + count − 1 of a seed: (n, s, s, 3) and (n, 7, s, s).
+
+    Args:
+        shares: How often each of the `KINDS` is drawn, instead of `kind_shares(clear_share)`.
+    """
+    kinds = kind_shares(clear_share) if shares is None else np.array(shares)
+    bank = _bank(seed)
+    pictures = np.empty((count, size_px, size_px, 3), np.uint8)
+    planes = np.empty((count, 7, size_px, size_px), np.float16)
+    for i in range(count):
+        rng = np.random.default_rng([seed, first + i])
+        if rng.random() < rendered:
+            pictures[i], planes[i] = render_picture(rng, bank, size_px, kinds)
+        else:
+            pictures[i], planes[i] = make_picture(rng, bank, size_px, kinds)
+    return pictures, planes
+
+
+_BANKS: dict[int, NoiseBank] = {}
+
+
+def _bank(seed: int) -> NoiseBank:
+    if seed not in _BANKS:
+        _BANKS[seed] = NoiseBank.make(np.random.default_rng([seed, 2**31]))
+    return _BANKS[seed]
+
+
+def training_pictures(
     seed: int,
     pictures: int,
     size_px: int,
@@ -29,9 +64,7 @@ def lessons(
     progress: Progress,
     shares: tuple[float, ...] | None = None,
 ) -> Iterator[tuple[NDArray[np.uint8], NDArray[np.float16]]]:
-    """Pictures and their answers, one by one; `paint` says what the arguments are."""
-    from demospec.perception.training._pretrain import paint
-
+    """Pictures and their answers, one by one; arguments as of `paint`."""
     for first in range(0, pictures, _CHUNK):
         count = min(_CHUNK, pictures - first)
         some, planes = paint(seed, first, count, size_px, rendered=rendered, shares=shares)
@@ -39,33 +72,11 @@ def lessons(
         progress(what, first + count, pictures)
 
 
-def shown_thing(number: NDArray[np.floating]) -> tuple[float, int]:
-    """Share of some pixels that lies on things, and the thing that most of it shows (or −1).
+def shown_object(number: NDArray[np.floating]) -> tuple[float, int]:
+    """Share of some pixels that lies on objects, and the object that most of it shows (or −1).
 
     Args:
-        number: (n,) of the thing at each pixel, −1 on the table.
+        number: (n,) of the object at each pixel, −1 on the table.
     """
     on = number[number >= 0].astype(np.int64)
     return len(on) / max(len(number), 1), int(np.bincount(on).argmax()) if len(on) else -1
-
-
-def fitted(x: FloatArray, y: NDArray[np.int64], count: int) -> dict[str, FloatArray]:
-    """A multinomial logistic regression of `count` classes on standardised features (n, f).
-
-    Returns:
-        ``center`` and ``scale`` (f,), ``weight`` (count, f), ``bias`` (count,).
-    """
-    center, scale = x.mean(axis=0), x.std(axis=0) + 1e-3
-    start = np.log(np.bincount(y, minlength=count) + 0.3)
-    weight, bias = fit_logistic(
-        standard(x, center, scale), y, np.ones(len(y)), start - start.mean(), ridge=RIDGE
-    )
-    return {"center": center, "scale": scale, "weight": weight, "bias": bias}
-
-
-def keep(body: Body, owner: str, values: Mapping[str, Any]) -> None:
-    """Writes the arrays among the body's weights, as ``OWNER_NAME``."""
-    import torch
-
-    for name, value in values.items():
-        getattr(body, f"{owner}_{name}").copy_(torch.from_numpy(np.asarray(value, np.float32)))

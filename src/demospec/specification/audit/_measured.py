@@ -14,7 +14,7 @@ from demospec.progress import Progress, silent
 from demospec.rules import Evidence, Observer, evidence_of
 
 if TYPE_CHECKING:
-    from demospec.perception import Sight
+    from demospec.perception import Observation
     from demospec.scene import Scene
 
 
@@ -26,7 +26,7 @@ def audit_evidence(
     seed: int = 0,
     progress: Progress = silent,
 ) -> tuple[Evidence | None, str | None]:
-    """All splits and everybody, also who has no type, and why pictures were not looked at.
+    """All splits and everybody, also who has no type, and why pictures were not observed.
 
     Args:
         labelled: (n,) which demonstrations have a label.
@@ -34,7 +34,7 @@ def audit_evidence(
 
     Raises:
         InputError: Neither lists nor pictures, and needed.
-        MissingExtraError: No lists, needed, and what looks at pictures is not installed.
+        MissingExtraError: No lists, needed, and what observes pictures is not installed.
     """
     used = set(data.demonstrations.scene_id[labelled].tolist())
     scenes = [scene for scene in data.scenes if scene.scene_id in used]
@@ -60,24 +60,29 @@ def _observer(
     data: DemonstrationSet, unlisted: list[Scene], seed: int, progress: Progress
 ) -> Observer | None:
     """Who measures in pictures; where some scenes list objects, things are given those names."""
-    from demospec.perception import KINDS, load_body
-    from demospec.specification.models.perceived_rule._fit import calibrate, fit_head, look_at_all
+    from demospec.perception import KINDS, fit_symbol_head, load_network
+    from demospec.specification.models.perceived_rule._fit import calibrate, observe_all
     from demospec.specification.models.perceived_rule._observation import (
         Calibration,
         PictureObserver,
     )
 
-    body = load_body()
+    network = load_network()
     symbols: tuple[str, ...] = KINDS
     head, calibration = None, Calibration({}, {})
     if any(scene.objects is not None for scene in data.scenes):
         examples = [s for s in data.scenes if s.objects and s.picture is not None]
-        looked = look_at_all(examples, body, None)
-        head, calibration = fit_head(looked, body, None, seed), calibrate(looked, None, seed)
+        observed = observe_all(examples, network, None)
+        head = fit_symbol_head(
+            examples, network=network, seed=seed,
+            observations=[item.observation for item in observed],
+        )  # fmt: skip
+        calibration = calibrate(observed, None, seed)
         symbols = data.symbols
         if head is None:
             return None  # nobody could say what the things in the pictures are called
-    observations: Mapping[str, Sight] = {
-        item.scene.scene_id: item.sight for item in look_at_all(unlisted, body, None, progress)
+    observations: Mapping[str, Observation] = {
+        item.scene.scene_id: item.observation
+        for item in observe_all(unlisted, network, None, progress)
     }
     return PictureObserver(symbols, head, calibration, observations)

@@ -1,7 +1,7 @@
-"""The field model: pretrained perception apart from an inferred specification.
+"""The perceived-rule (`field`) model: pretrained perception apart from an inferred specification.
 
 Not in the paper, whose network learns both from the labels at once and forgets scenes it has
-not seen. Here a body that was pretrained without labels sees distances and things
+not seen. Here a distance network that was pretrained without labels detects objects
 (`demospec.perception`), the listed polygons and labels say exactly which symbols matter and
 how far (`demospec.rules.fit`), and the rule is read through perception, calibrated
 at the fitted clearance.
@@ -21,10 +21,11 @@ from demospec.demonstrations import DemonstrationSet
 from demospec.errors import CannotJudgeError, InputError
 from demospec.perception import (
     CodeLength,
+    Observation,
     SceneCode,
     SceneSampler,
-    Sight,
     SymbolHead,
+    class_probabilities,
     draw_scene_code,
     read_scene_code,
 )
@@ -41,36 +42,34 @@ from demospec.specification.models._folder import (
 from demospec.specification.models.beta_vae._stacked import check_device
 from demospec.specification.models.perceived_rule._fit import (
     calibrate,
-    fit_head,
     fit_rules,
-    look_at_all,
+    observe_all,
     typical_clearance,
 )
 from demospec.specification.models.perceived_rule._observation import (
     Calibration,
-    classes_of,
     list_shape,
-    listed_parts,
-    seen_parts,
-    sight_of,
+    listed_objects,
+    observation_of,
+    perceived_objects,
     span_of,
 )
 from demospec.specification.models.perceived_rule._rule import rules_of_settings
 from demospec.specification.models.perceived_rule._view import FieldView
 
 if TYPE_CHECKING:
-    from demospec.perception import Body
+    from demospec.perception import DistanceNet
 
 
 @dataclass(frozen=True)
 class FieldSettings:
-    """How a field model is fitted and looks.
+    """How a perceived-rule model is fitted and observes.
 
     Args:
-        fine_tune: Tune the body on the training scenes' polygons, mixed with pretraining
-            scenes (up to 90 s); else the shipped body is used as it is.
+        fine_tune: Tune the network on the training scenes' polygons, mixed with pretraining
+            pictures (up to 90 s); else the shipped network is used as it is.
         use_lists: Where a scene lists its objects, believe the list instead of the picture.
-        device: Where torch tunes the body: ``cpu``, ``cuda``, … Models look on the CPU.
+        device: Where torch tunes the network: ``cpu``, ``cuda``, … Models observe on the CPU.
     """
 
     fine_tune: bool = False
@@ -79,16 +78,16 @@ class FieldSettings:
 
 
 class FieldModel:
-    """A fitted field model; a `ValidityModel`.
+    """A fitted perceived-rule model; a `ValidityModel`.
 
     Args:
         rules: What matters to each type, with beliefs (`rules_of_fit`) about symbols, or about
             generic words where the training set listed no objects.
-        head: Looks → symbols; None where no training scene listed objects with a picture.
-        calibration: Of seen distances.
+        head: Appearance → symbols; None where no training scene listed objects with a picture.
+        calibration: Of perceived distances.
         scale: Map pixels per set unit, or None: the longer side of each picture becomes what
-            the body was trained on.
-        body: The network, or None for a model that only reads lists.
+            the network was trained on.
+        network: The distance network, or None for a model that only reads lists.
         settings: How it was fitted.
         provenance: Versions, seed, data hash.
     """
@@ -101,7 +100,7 @@ class FieldModel:
         head: SymbolHead | None,
         calibration: Calibration,
         scale: float | None,
-        body: Body | None,
+        network: DistanceNet | None,
         settings: FieldSettings,
         provenance: dict[str, Any],
     ) -> None:
@@ -109,7 +108,7 @@ class FieldModel:
         self.head = head
         self.calibration = calibration
         self.scale = scale
-        self.body = body
+        self.network = network
         self.settings = settings
         self.provenance = provenance
 
@@ -125,14 +124,15 @@ class FieldModel:
         *,
         seed: int = 0,
         progress: Progress = silent,
-        body: Body | None = None,
+        network: DistanceNet | None = None,
         settings: FieldSettings | None = None,
         **named: Any,
     ) -> FieldModel:
         """Fits to the labelled demonstrations of all scenes of `data`.
 
         Args:
-            body: Another body than the shipped one.
+            network: Another distance network than the shipped one (also by its former name
+                ``body``).
             settings: `FieldSettings`; or its fields by name.
 
         Raises:
@@ -140,6 +140,7 @@ class FieldModel:
             CannotJudgeError: Scenes with neither picture nor list.
             MissingExtraError: torch is absent.
         """
+        network = named.pop("body", network)
         settings = _settings(settings, named)
         if settings.device != "cpu":
             check_device(settings.device)
@@ -153,39 +154,46 @@ class FieldModel:
             )
         scale = None
         if pictured:
-            from demospec.perception import load_body
+            from demospec.perception import load_network
 
-            body = load_body() if body is None else body
-            scale = _common_scale(pictured, body)
+            network = load_network() if network is None else network
+            scale = _common_scale(pictured, network)
         if settings.fine_tune and listed and pictured:
-            from demospec.specification.models.perceived_rule._tune import tuned_body
+            from demospec.perception import tuned_network
 
-            assert body is not None
-            body = tuned_body(
-                body, pictured, scale, seed=seed, device=settings.device, progress=progress
+            assert network is not None
+            network = tuned_network(
+                network, pictured, scale, seed=seed, device=settings.device, progress=progress
             )
-        looked = look_at_all(pictured, body, scale, progress) if pictured else []
-        head = fit_head(looked, body, scale, seed) if listed else None
-        start = Calibration({}, {})
-        rules = fit_rules(data, looked, head, start, listed=listed)
-        calibration = calibrate(looked, typical_clearance(rules), seed) if listed else start
-        return cls(rules, head, calibration, scale, body, settings, provenance)
+        observed = observe_all(pictured, network, scale, progress) if pictured else []
+        head = None
+        if listed and pictured:
+            from demospec.perception import fit_symbol_head
 
-    def look(self, scene: Scene) -> Sight:
-        """What the body sees in the scene's picture.
+            head = fit_symbol_head(
+                pictured, network=network, scale=scale, seed=seed,
+                observations=[item.observation for item in observed],
+            )  # fmt: skip
+        start = Calibration({}, {})
+        rules = fit_rules(data, observed, head, start, listed=listed)
+        calibration = calibrate(observed, typical_clearance(rules), seed) if listed else start
+        return cls(rules, head, calibration, scale, network, settings, provenance)
+
+    def observe(self, scene: Scene) -> Observation:
+        """What the network detects in the scene's picture.
 
         Raises:
             CannotJudgeError: No picture, or the model was fitted without any.
         """
-        if self.body is None:
+        if self.network is None:
             raise CannotJudgeError(
                 "a list of objects (this model was fitted without pictures)",
                 "not listed", row=f"scene {scene.scene_id}", field="objects",
             )  # fmt: skip
-        return sight_of(scene, self.body, self.scale)
+        return observation_of(scene, self.network, self.scale)
 
     def see(self, scene: Scene, *, use_lists: bool | None = None) -> FieldView:
-        """Looks at a scene once.
+        """Observes a scene.
 
         Args:
             use_lists: Believe the scene's list where there is one; by the settings if None.
@@ -194,37 +202,34 @@ class FieldModel:
             CannotJudgeError: The scene lacks what this model needs.
         """
         lists = self.settings.use_lists if use_lists is None else use_lists
-        generic = self.head is None and self.body is not None
+        generic = self.head is None and self.network is not None
         if scene.objects is not None and lists and not generic:
             size = span_of(scene)
             shape = list_shape(size)
-            return FieldView(self, scene, listed_parts(scene, size, shape), size, shape)
-        sight = self.look(scene)
-        parts = seen_parts(sight, self.head, self.calibration)
-        size = (float(sight.size_px[0]), float(sight.size_px[1]))
-        shape = (sight.grid[1], sight.grid[0])
-        return FieldView(self, scene, parts, size, shape, sight.unit_px)
+            return FieldView(self, scene, listed_objects(scene, size, shape), size, shape)
+        observation = self.observe(scene)
+        perceived = perceived_objects(observation, self.head, self.calibration)
+        size = (float(observation.size_px[0]), float(observation.size_px[1]))
+        shape = (observation.grid[1], observation.grid[0])
+        return FieldView(self, scene, perceived, size, shape, observation.percent_map_px)
 
     def encode(self, scene: Scene, *, length: CodeLength | None = None) -> SceneCode:
-        """The latent code of the scene's picture: a table, a lamp, and the things seen.
+        """The latent code of the scene's picture: a table, a lamp, and the detected objects.
 
         Raises:
-            CannotJudgeError: As `look`.
+            CannotJudgeError: As `observe`.
         """
-        sight = self.look(scene)
-        names = {
-            i: max(p, key=lambda name: p[name])
-            for i, p in enumerate(classes_of(sight, self.head))
-            if p
-        }
-        return read_scene_code(sight, pixels=scene.pixels(), length=length, names=names)
+        observation = self.observe(scene)
+        classes = class_probabilities(observation.detections, self.head)
+        names = {i: max(p, key=lambda name: p[name]) for i, p in enumerate(classes) if p}
+        return read_scene_code(observation, pixels=scene.pixels(), length=length, names=names)
 
     def decode(self, code: SceneCode) -> Image:
         """The picture of a code, (height, width, 3)."""
         return draw_scene_code(code)
 
     def reconstruct(self, scene: Scene) -> Image:
-        """The picture as far as the model saw it: what was missed is missing."""
+        """The picture as far as the model detected it: what was missed is missing."""
         return self.decode(self.encode(scene))
 
     def sample_scenes(self, n: int, rng: np.random.Generator, like: Iterable[Scene]) -> list[Scene]:
@@ -235,15 +240,17 @@ class FieldModel:
         return [scene for scene, _ in sampler.sample(n, rng)]
 
     def save(self, folder: str | os.PathLike[str], *, replace: bool = False) -> Path:
-        """Writes the model as a folder, body included, so that it never changes."""
+        """Writes the model as a folder, network included, so that it never changes."""
         weights: Weights = {}
         if self.head is not None:
             for name in ("center", "scale", "weight", "bias"):
                 weights[f"head.{name}"] = getattr(self.head, name)
-        body_size = None
-        if self.body is not None:
-            body_size = asdict(self.body.size)
-            for key, value in self.body.state_dict().items():
+        network_size = None
+        if self.network is not None:
+            from demospec.perception import arrays_of
+
+            network_size = asdict(self.network.size)
+            for key, value in arrays_of(self.network).items():
                 weights[f"body.{key}"] = value.numpy()
         settings = {
             **asdict(self.settings),
@@ -253,7 +260,7 @@ class FieldModel:
             "head_classes": None if self.head is None else list(self.head.classes),
             "calibration": asdict(self.calibration),
             "scale": self.scale,
-            "body": body_size,
+            "body": network_size,
         }
         return write_model_folder(
             folder, kind=self.kind, types=self.types, settings=settings,
@@ -278,43 +285,35 @@ class FieldModel:
             calibration = Calibration(**s["calibration"])
             head_classes = s["head_classes"]
             scale = None if s["scale"] is None else float(s["scale"])
-            body_size = s["body"]
+            network_size = s["body"]
         except (KeyError, TypeError, ValueError) as error:
             raise InputError("settings of a field model", repr(error), file=file) from None
         except InputError as error:
             raise error.at(file=file) from None
         head = None
         if head_classes is not None:
-            from demospec.perception.heads._symbols import SHAPE
+            width = len(stored.weight("head.center", (None,)))
+            arrays = {
+                name: stored.weight(f"head.{name}", shape)
+                for name, shape in SymbolHead.shapes(len(head_classes), width).items()
+            }
+            head = SymbolHead(tuple(head_classes), **arrays)
+        network = None
+        if network_size is not None:
+            from demospec.perception import appearance_count, network_of
 
-            count = len(head_classes)
-            center = stored.weight("head.center", (None,))
-            width = len(center)
-            head = SymbolHead(
-                tuple(head_classes), center, stored.weight("head.scale", (width,)),
-                stored.weight("head.weight", (count, width + SHAPE)),
-                stored.weight("head.bias", (count,)),
-            )  # fmt: skip
-        body = None
-        if body_size is not None:
-            import torch
-
-            from demospec.perception.heads._symbols import looks_count
-            from demospec.perception.network._weights import body_from, need_torch
-
-            need_torch("a field model")
             state = {
-                key.removeprefix("body."): torch.from_numpy(np.array(value))
+                key.removeprefix("body."): value
                 for key, value in stored.weights.items()
                 if key.startswith("body.")
             }
-            body = body_from(state, body_size, file=file)
-            if head is not None and len(head.center) != looks_count(body.size):
+            network = network_of(state, network_size, file=file)
+            if head is not None and len(head.center) != appearance_count(network.size):
                 raise InputError(
-                    f"a head on {looks_count(body.size)} features (fit the model anew)",
+                    f"a head on {appearance_count(network.size)} features (fit the model anew)",
                     len(head.center), file=file, field="head.center",
                 )  # fmt: skip
-        return cls(rules, head, calibration, scale, body, settings, dict(stored.provenance))
+        return cls(rules, head, calibration, scale, network, settings, dict(stored.provenance))
 
 
 def _settings(settings: FieldSettings | None, named: dict[str, Any]) -> FieldSettings:
@@ -332,9 +331,7 @@ def _settings(settings: FieldSettings | None, named: dict[str, Any]) -> FieldSet
     return settings or FieldSettings(**named)
 
 
-def _common_scale(scenes: list[Scene], body: Body) -> float | None:
+def _common_scale(scenes: list[Scene], network: DistanceNet) -> float | None:
     """Map pixels per picture pixel where all training pictures have one size; else None."""
-    from demospec.perception.inference._observe import table_px
-
     sizes = {max(s.size_px) for s in scenes if s.size_px is not None}
-    return table_px(body) / sizes.pop() if len(sizes) == 1 else None
+    return network.table_width_px / sizes.pop() if len(sizes) == 1 else None

@@ -1,4 +1,4 @@
-"""From a scene to the things in it: by its list where it has one, else by its picture."""
+"""Perceived objects of a scene: by its list where it has one, else by its picture."""
 
 from __future__ import annotations
 
@@ -10,35 +10,36 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from demospec.demonstrations import Paths
+from demospec.demonstrations import Paths, densify
 from demospec.errors import CannotJudgeError
 from demospec.frames import FloatArray
-from demospec.perception import KINDS, Sight, SymbolHead, look
+from demospec.geometry import read_map
+from demospec.perception import KINDS, Observation, SymbolHead, class_probabilities, observe
 from demospec.scene import Footprint, Scene
-from demospec.specification.models.perceived_rule._view import Part
+from demospec.specification.models.perceived_rule._view import PerceivedObject
 
 if TYPE_CHECKING:
-    from demospec.perception import Body
+    from demospec.perception import DistanceNet
 
 LISTED_ERROR = 0.15
-"""Distance error of a listed outline (hundredths of the table): the list is not the truth."""
+"""Distance error of a listed outline (percent of the table): the list is not the truth."""
 
 SEEN_ERROR = 0.7
-"""Standard deviation of a seen distance, hundredths of the table: about what calibration on
+"""Standard deviation of a perceived distance, percent of the table: about what calibration on
 listed outlines finds. A rim that is wrong by a pixel must not make a label look wrong."""
 
 _GRID = 100
-_AROUND = 6.0  # hundredths of the table
-_LEAST_ERROR = 0.1  # likewise; nowhere is a seen rim known better
+_AROUND = 6.0  # percent of the table
+_LEAST_ERROR = 0.1  # likewise; nowhere is a perceived rim known better
 
 
 @dataclass(frozen=True)
 class Calibration:
-    """How the body's distances at the clearance compare with the listed outlines.
+    """How the network's distances at the clearance compare with the listed outlines.
 
     Args:
-        bias: Class → seen − listed distance, hundredths of the table.
-        error: Class → standard deviation of it, likewise, where the body doubts as usual.
+        bias: Class → perceived − listed distance, percent of the table.
+        error: Class → standard deviation of it, likewise, where the uncertainty is as usual.
         other_bias, other_error: For classes never calibrated.
     """
 
@@ -48,7 +49,7 @@ class Calibration:
     other_error: float = 0.6
 
     def of_classes(self, classes: Mapping[str, float]) -> tuple[float, float]:
-        """Bias and error of a thing of uncertain class, hundredths."""
+        """Bias and error of an object of uncertain class, percent of the table."""
         total = sum(classes.values())
         if total <= 0:
             return self.other_bias, self.other_error
@@ -57,47 +58,34 @@ class Calibration:
         return bias, error
 
 
-def classes_of(sight: Sight, head: SymbolHead | None) -> list[dict[str, float]]:
-    """Class → probability of every slot: symbols where a head was fitted, else generic words.
-
-    What is missing to 1 is the probability that nothing is there.
-    """
-    if not sight.slots:
-        return []
-    if head is None:
-        return [
-            {k: float(s.confidence * p) for k, p in zip(KINDS, s.kinds, strict=True)}
-            for s in sight.slots
-        ]
-    p = head.probabilities(np.stack([s.looks for s in sight.slots]))
-    return [
-        {name: float(q) for name, q in zip(head.classes, row, strict=True) if name} for row in p
-    ]
-
-
-def seen_parts(sight: Sight, head: SymbolHead | None, calibration: Calibration) -> tuple[Part, ...]:
-    """The slots of a picture as parts, distances corrected by the calibration."""
-    unit = sight.hundredth
-    parts = []
-    for slot, classes in zip(sight.slots, classes_of(sight, head), strict=True):
+def perceived_objects(
+    observation: Observation, head: SymbolHead | None, calibration: Calibration
+) -> tuple[PerceivedObject, ...]:
+    """The detections of a picture, distances corrected by the calibration."""
+    unit, uncertainty = observation.percent_px, observation.uncertainty
+    detections = observation.detections
+    perceived = []
+    for detection, classes in zip(detections, class_probabilities(detections, head), strict=True):
         bias, error = calibration.of_classes(classes)
-        distance = slot.distance - np.float32(bias * unit)
-        # Of this thing as a whole, where its clearance may be; the rest is place by place.
-        around = (slot.distance > 0) & (slot.distance < _AROUND * unit)
-        usual = float(np.median(sight.doubt[around])) if around.any() else 1.0
+        distance = detection.distance - np.float32(bias * unit)
+        # Of this object as a whole, where its clearance may be; the rest is place by place.
+        around = (detection.distance > 0) & (detection.distance < _AROUND * unit)
+        usual = float(np.median(uncertainty[around])) if around.any() else 1.0
         least = _LEAST_ERROR / (error * usual)
-        doubt = np.maximum(sight.doubt / usual, least).astype(np.float32)
-        parts.append(Part(distance, classes, error * unit * usual, slot.center, False, doubt))
-    return tuple(parts)
+        ratio = np.maximum(uncertainty / usual, least).astype(np.float32)
+        perceived.append(
+            PerceivedObject(distance, classes, error * unit * usual, detection.center, False, ratio)
+        )
+    return tuple(perceived)
 
 
-def listed_parts(
+def listed_objects(
     scene: Scene, size: tuple[float, float], shape: tuple[int, int]
-) -> tuple[Part, ...]:
-    """The scene's own list as parts, exact on the grid."""
+) -> tuple[PerceivedObject, ...]:
+    """The scene's own list, exact on the grid."""
     error = LISTED_ERROR * max(size) / 100.0
     return tuple(
-        Part(
+        PerceivedObject(
             _outline_map(item.outline, size, shape),  # type: ignore[arg-type]  # it is hashable
             {item.symbol: 1.0},
             error,
@@ -132,19 +120,21 @@ def span_of(scene: Scene) -> tuple[float, float]:
 
 
 def list_shape(size: tuple[float, float]) -> tuple[int, int]:
-    """(h, w) of the grid for a listed scene: twice the body's resolution."""
+    """(h, w) of the grid for a listed scene: twice the network's resolution."""
     scale = 2 * _GRID / max(size)
     return max(16, round(size[1] * scale)), max(16, round(size[0] * scale))
 
 
-def sight_of(scene: Scene, body: Body | None, scale: float | None, **options: Any) -> Sight:
-    """Looks at the picture; CannotJudgeError where there is none."""
+def observation_of(
+    scene: Scene, network: DistanceNet | None, scale: float | None, **options: Any
+) -> Observation:
+    """Observes the picture; CannotJudgeError where there is none."""
     if scene.picture is None:
         raise CannotJudgeError(
             "a picture or a list of objects", "neither", row=f"scene {scene.scene_id}",
             field="file_name",
         )  # fmt: skip
-    return look(scene.pixels(), body=body, scale=scale, **options)
+    return observe(scene.pixels(), network=network, scale=scale, **options)
 
 
 @dataclass(frozen=True)
@@ -156,50 +146,48 @@ class PictureObserver:
         head: Appearance → symbols; None: generic words.
         calibration: Of the distances.
         observations: By scene, those that were made already.
-        body, scale: As of `sight_of`, for the others; without a body, those are not measured.
+        network, scale: As of `observation_of`, for the others; those are not measured without a
+            network.
     """
 
     symbols: tuple[str, ...]
     head: SymbolHead | None
     calibration: Calibration
-    observations: Mapping[str, Sight]
-    body: Body | None = None
+    observations: Mapping[str, Observation]
+    network: DistanceNet | None = None
     scale: float | None = None
 
     def nearest(self, scene: Scene, paths: Paths) -> tuple[FloatArray, float] | None:
         """(n, K) nearest approaches, and their standard deviation; set units."""
-        sight = self.observations.get(scene.scene_id)
-        if sight is None and (self.body is None or scene.picture is None):
+        observation = self.observations.get(scene.scene_id)
+        if observation is None and (self.network is None or scene.picture is None):
             return None
         if self.head is None and self.symbols != KINDS:
             return None  # nobody could say what these things are called
-        if sight is None:
-            sight = sight_of(scene, self.body, self.scale)
-        parts = seen_parts(sight, self.head, self.calibration)
-        size = (float(sight.size_px[0]), float(sight.size_px[1]))
-        near = nearest_in_parts(parts, size, list(paths), self.symbols)
-        return near, SEEN_ERROR * sight.hundredth
+        if observation is None:
+            observation = observation_of(scene, self.network, self.scale)
+        perceived = perceived_objects(observation, self.head, self.calibration)
+        size = (float(observation.size_px[0]), float(observation.size_px[1]))
+        near = nearest_perceived(perceived, size, list(paths), self.symbols)
+        return near, SEEN_ERROR * observation.percent_px
 
 
-def nearest_in_parts(
-    parts: tuple[Part, ...],
+def nearest_perceived(
+    perceived: tuple[PerceivedObject, ...],
     size: tuple[float, float],
     paths: list[FloatArray],
     names: tuple[str, ...],
 ) -> FloatArray:
-    """(n, K) nearest approach to the likeliest class of every part; +inf where absent."""
-    from demospec.demonstrations import densify
-    from demospec.perception import read_map
-
+    """(n, K) nearest approach to the likeliest class of every object; +inf where absent."""
     out = np.full((len(paths), len(names)), np.inf)
-    for part in parts:
-        if not part.classes:
+    for item in perceived:
+        if not item.classes:
             continue
-        name = max(part.classes, key=lambda n: part.classes[n])
-        if name not in names or sum(part.classes.values()) < 0.5:
+        name = max(item.classes, key=lambda n: item.classes[n])
+        if name not in names or sum(item.classes.values()) < 0.5:
             continue
         k = names.index(name)
         for i, path in enumerate(paths):
-            near = read_map(part.distance, densify(path[:, :2], 0.5), size).min()  # type: ignore[arg-type]
+            near = read_map(item.distance, densify(path[:, :2], 0.5), size).min()
             out[i, k] = min(out[i, k], float(near))
     return out

@@ -1,4 +1,4 @@
-"""One scene as the field model sees it: things, their classes and distances, logits of paths."""
+"""A scene as the perceived-rule model observes it: objects, their classes and distances, logits."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ _WRONG = 1e-5  # a label may be wrong even where nothing is near
 
 
 @dataclass(frozen=True)
-class Part:
-    """One thing in the view.
+class PerceivedObject:
+    """One object in the view, detected or listed.
 
     Args:
         distance: (h, w) signed distance to it alone on the view's grid, set units.
-        classes: Class → probability; what is missing to 1: it is no thing.
+        classes: Class → probability; what is missing to 1: it is no object.
         error: Standard deviation of the distance near the clearance, set units.
-        doubt: (h, w) what that is multiplied with place by place; None: by 1.
+        uncertainty: (h, w) factor of that, place by place; None: 1.
         center: Set units.
         listed: The scene's list says so (else the picture does).
     """
@@ -44,31 +44,31 @@ class Part:
     error: float
     center: tuple[float, float]
     listed: bool
-    doubt: NDArray[np.float32] | None = None
+    uncertainty: NDArray[np.float32] | None = None
 
     @property
     def errors(self) -> FloatArray:
         """Standard deviation of the distance, (h, w) or one number; set units."""
-        return np.asarray(self.error if self.doubt is None else self.error * self.doubt)
+        return np.asarray(self.error if self.uncertainty is None else self.error * self.uncertainty)
 
 
 def logit_map(
-    parts: tuple[Part, ...], rule: TypeRules, shape: tuple[int, int]
+    perceived: tuple[PerceivedObject, ...], rule: TypeRules, shape: tuple[int, int]
 ) -> NDArray[np.float32]:
     """ℓ(p): log-odds that a path whose worst place is p is valid, (h, w).
 
-    p(valid at p) = Π_k (1 − r_k σ(a_k (c_k − d_k(p)))) over things k with relevance r_k. That
-    saturates where r_k < 1, so a small share of a_k (d_k − c_k) of the things that probably
-    matter is added: the gradient never vanishes near them, and the sign hardly moves.
+    p(valid at p) = Π_k (1 − r_k σ(a_k (c_k − d_k(p)))) over objects k with relevance r_k. That
+    saturates where r_k < 1, so a small share of a_k (d_k − c_k) of the objects that
+    probably matter is added: the gradient never vanishes near them, and the sign hardly moves.
     """
     keep = np.full(shape, np.log1p(-_WRONG))
     leak = np.full(shape, np.inf)
-    for part in parts:
-        relevance, clearance, spread = of_classes(rule, part.classes)
+    for item in perceived:
+        relevance, clearance, spread = of_classes(rule, item.classes)
         if relevance <= 0.0:
             continue
-        slope = _SLOPE / np.hypot(part.errors, spread)
-        u = slope * (clearance - part.distance.astype(np.float64))
+        slope = _SLOPE / np.hypot(item.errors, spread)
+        u = slope * (clearance - item.distance.astype(np.float64))
         # log(1 − r σ(u)) = log(1 + (1 − r) eᵘ) − log(1 + eᵘ); next to nothing far off.
         near = u > _FAR
         v = u[near]
@@ -81,12 +81,12 @@ def logit_map(
 
 @dataclass(frozen=True)
 class FieldView:
-    """A scene looked at once; a `DifferentiableView`.
+    """An observed scene; a `DifferentiableView`.
 
     Args:
-        model: Who looks.
-        scene: At what.
-        parts: The things in it.
+        model: Whose view it is.
+        scene: Of what.
+        perceived: The objects in it.
         size: (width, height) that the maps span, set units.
         shape: (h, w) of the maps.
         unit: As of `LogitMap`.
@@ -94,7 +94,7 @@ class FieldView:
 
     model: FieldModel
     scene: Scene
-    parts: tuple[Part, ...]
+    perceived: tuple[PerceivedObject, ...]
     size: tuple[float, float]
     shape: tuple[int, int]
     unit: float = 1.0
@@ -103,14 +103,14 @@ class FieldView:
     def map_of(self, type: str) -> LogitMap:
         """The logit map of one type; made once.
 
-        Whatever a type accepts, one whose rule is nested in its rule accepts too: of a thing of
-        uncertain class the mean clearance over the classes could say otherwise.
+        Whatever a type accepts, one whose rule is nested in its rule accepts too: of an object
+        of uncertain class the mean clearance over the classes could say otherwise.
         """
         if type not in self._maps:
             rules = self.model.rules.rules
             if type not in rules:
                 raise InputError(f"one of the types {', '.join(rules)}", type, field="type")
-            values = logit_map(self.parts, rules[type], self.shape)
+            values = logit_map(self.perceived, rules[type], self.shape)
             for name, other in rules.items():
                 if is_nested_in(rules[type], other):
                     values = np.maximum(values, self.map_of(name).values)
@@ -133,7 +133,7 @@ class FieldView:
         """(n, m, 2) → logits (n,) and ∂logit/∂paths (n, m, 2)."""
         return self.map_of(type).logits_and_gradients(paths)
 
-    def relevance(self, type: str) -> tuple[tuple[Part, float, float, float], ...]:
-        """Every thing with its relevance to the type, clearance, and standard deviation of that."""
+    def relevance(self, type: str) -> tuple[tuple[PerceivedObject, float, float, float], ...]:
+        """Every object: relevance to the type, clearance, standard deviation of the clearance."""
         rule = self.model.rules.of_type(type)
-        return tuple((part, *of_classes(rule, part.classes)) for part in self.parts)
+        return tuple((item, *of_classes(rule, item.classes)) for item in self.perceived)

@@ -1,8 +1,8 @@
-"""Brief tuning of the body: the training scenes' outlines among generated pictures.
+"""Fine-tuning of the distance network: the outlines of training scenes among synthetic pictures.
 
-Twenty scenes show only a few looks. They are seen turned, mirrored and recoloured beside as many
-pictures of the pretraining recipe, whose answers keep what the body knew: without them the
-distance to looks that were never seen gets worse, with them it gets better.
+Twenty scenes show only few appearances. They are used turned, mirrored and recoloured beside as
+many pictures of the pretraining, whose answers keep what the network knew: without them the
+distance to unseen appearances gets worse, with them it gets better.
 """
 
 from __future__ import annotations
@@ -15,13 +15,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from demospec.frames import FloatArray
+from demospec.perception._canonical import CANONICAL_PX, canonical_grid, to_grid
+from demospec.perception.training._synthetic_set import paint
 from demospec.progress import Progress, silent
 from demospec.scene import Scene
 
 if TYPE_CHECKING:
     from torch import Tensor
 
-    from demospec.perception import Body
+    from demospec.perception.network._distance_net import DistanceNet
 
 _LARGEST_PX = 104  # windows: whole pictures would take two and a half times as long
 _FAR_PX = 48.0  # distances beyond this teach nothing
@@ -48,8 +50,8 @@ class TuneSettings:
     average: float = 0.97
 
 
-def tuned_body(
-    body: Body,
+def tuned_network(
+    network: DistanceNet,
     scenes: list[Scene],
     scale: float | None,
     *,
@@ -57,31 +59,31 @@ def tuned_body(
     device: str = "cpu",
     progress: Progress = silent,
     settings: TuneSettings | None = None,
-) -> Body:
-    """A copy of `body`, tuned to the outlines that the scenes list.
+) -> DistanceNet:
+    """A copy of `network`, tuned to the outlines that the scenes list.
 
     Args:
-        body: Ready for inference; it is not changed.
+        network: Ready for inference; it is not changed.
         scenes: With pictures; those that list nothing are left out.
-        scale: Map pixels per picture pixel, as the model will look.
+        scale: Map pixels per picture pixel, as the model will observe.
         seed: Order, turns, colours, generated pictures; all are drawn on the CPU.
-        device: Where torch tunes; the tuned body is back on the CPU.
+        device: Where torch tunes; the tuned network is back on the CPU.
 
     Returns:
         The same answers to the same input, moved towards the outlines; ready for inference.
     """
     import torch
 
-    from demospec.perception.training._pretrain import answers_loss, recolour, turned
+    from demospec.perception.training._loss import answers_loss, recolour, turned
 
     settings = settings or TuneSettings()
     shown = [s for s in scenes if s.picture is not None and s.objects]
     if not shown:
-        return body
+        return network
     pictures, distances = _training_pictures(shown, scale)
     extra_x, extra_y = _generated(settings.generated, seed, progress)
     generator = torch.Generator().manual_seed(seed)
-    out = copy.deepcopy(body).to(device).train().requires_grad_(True)
+    out = copy.deepcopy(network).to(device).train().requires_grad_(True)
     average = {k: v.clone() for k, v in out.state_dict().items()}
     optimizer = torch.optim.AdamW(out.parameters(), lr=settings.lr, weight_decay=1e-3)
     schedule = torch.optim.lr_scheduler.OneCycleLR(
@@ -110,7 +112,7 @@ def tuned_body(
         share = min(settings.average, (1 + step) / (10 + step))
         for key, value in out.state_dict().items():
             average[key].lerp_(value, 1 - share)
-        progress("tuning the body", step + 1, settings.steps)
+        progress("tuning the network", step + 1, settings.steps)
     out.load_state_dict(average)
     return out.cpu().eval().requires_grad_(False)
 
@@ -126,9 +128,6 @@ def _training_pictures(
     scenes: list[Scene], scale: float | None
 ) -> tuple[list[NDArray[np.float32]], list[NDArray[np.float32]]]:
     """Pictures (3, h, w) and signed distances (h, w) at canonical scale."""
-    from demospec.perception.inference._observe import canonical_grid
-    from demospec.perception.synthetic._camera import to_grid
-
     pictures, distances = [], []
     for scene in scenes:
         pixels = scene.pixels()
@@ -155,7 +154,7 @@ def _batch(
     """Windows of one size from the chosen pictures, all turned alike."""
     import torch
 
-    from demospec.perception.training._pretrain import turned
+    from demospec.perception.training._loss import turned
 
     height = min(_LARGEST_PX, min(pictures[i].shape[1] for i in rows))
     width = min(_LARGEST_PX, min(pictures[i].shape[2] for i in rows))
@@ -174,9 +173,6 @@ def _batch(
 def _generated(count: int, seed: int, progress: Progress) -> tuple[Any, Any]:
     """Pictures of the pretraining recipe (n, 3, s, s) uint8 and their planes (n, 7, s, s)."""
     import torch
-
-    from demospec.perception._observation import CANONICAL_PX
-    from demospec.perception.training._pretrain import paint
 
     pictures, planes = [], []
     for first in range(0, count, 20):
