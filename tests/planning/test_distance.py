@@ -7,7 +7,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from demospec.geometry import nearest, path_distance, segment_distance, segments_keep
+from demospec.geometry import (
+    MultiPolygon,
+    nearest,
+    nearest_on_segments,
+    path_distance,
+    segment_distance,
+    segments_keep,
+)
 from demospec.scene import Capsule, Disc, Footprint, Polygon
 
 numbers = st.floats(-20, 20, allow_nan=False)
@@ -25,7 +32,11 @@ shapes: st.SearchStrategy[Footprint] = st.one_of(
     st.builds(Disc, places, st.floats(0.1, 8)),
     st.builds(Capsule, places, places, st.floats(0.1, 5)),
     st.builds(star, places, st.lists(st.floats(0.5, 9), min_size=3, max_size=9)),
-)
+    st.builds(
+        lambda a, b, radii: MultiPolygon([star(a, radii), star(b, radii[1:])]),
+        places, places, st.lists(st.floats(0.5, 9), min_size=4, max_size=7),
+    ),
+)  # fmt: skip
 
 
 @settings(deadline=None, max_examples=150)
@@ -38,12 +49,12 @@ def test_segment_distance_is_the_least_over_dense_samples(
     u = np.linspace(0, 1, 2001)[:, None]
     sampled = float(shape.signed_distance(first * (1 - u) + last * u).min())
     step = float(np.hypot(*(last - first)[0])) / 2000
-    if exact > 0:
-        # Samples overestimate by at most half their spacing, and never underestimate.
-        assert exact <= sampled + 1e-9
-        assert exact >= sampled - step / 2 - 1e-9
-    else:
-        assert sampled <= step / 2 + 1e-9
+    # Samples overestimate by at most half their spacing, and never underestimate.
+    assert exact <= sampled + 1e-9
+    assert exact >= sampled - step / 2 - 1e-9
+    value, along = nearest_on_segments(shape, first, last)
+    at = first + along[:, None] * (last - first)
+    assert float(shape.signed_distance(at)[0]) == pytest.approx(float(value[0]), abs=1e-9)
 
 
 @settings(deadline=None, max_examples=150)
@@ -106,3 +117,13 @@ def test_a_segment_of_no_length_but_one_bit_is_measured_without_a_warning() -> N
     square = Polygon([[0, 0], [10, 0], [10, 10], [0, 10]])
     a, b = np.array([[0.0, 11.0]]), np.array([[2.225073858507e-311, 11.0]])
     assert segment_distance(square, a, b)[0] == pytest.approx(1.0)
+
+
+def test_depth_is_exact_along_the_middle_and_across_it() -> None:
+    bar = Polygon([[0, 0], [40, 0], [40, 2], [0, 2]])
+    a = np.array([[1.0, 1.0], [20.0, -3.0], [-5.0, 1.9], [0.0, 0.0], [3.0, 0.0]])
+    b = np.array([[39.0, 1.0], [20.3, 5.0], [50.0, 1.9], [40.0, 2.0], [7.0, 0.0]])
+    found, along = nearest_on_segments(bar, a, b)
+    # Along the middle line; across it; parallel to a side; corner to corner; along a side.
+    np.testing.assert_allclose(found, [-1.0, -1.0, -0.1, -1.0, 0.0], atol=1e-12)
+    assert bar.signed_distance(a + along[:, None] * (b - a)) == pytest.approx(found, abs=1e-12)

@@ -1,6 +1,8 @@
-"""Nearest approaches: the same as looking at every dense point, whatever is pruned."""
+"""Nearest approaches: those of every straight segment, whatever is pruned or sampled."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,16 +12,18 @@ from hypothesis import strategies as st
 
 from demospec.demonstrations import densify
 from demospec.errors import CannotJudgeError, InputError
+from demospec.geometry import path_distance
 from demospec.rules import ClearanceRule, RuleSet, TypeRules, nearest_approach
-from demospec.scene import Disc, Polygon, Scene, SceneObject
+from demospec.scene import Capsule, Disc, Polygon, Scene, SceneObject
 
 
-def by_looking_everywhere(place: Scene, paths: list[np.ndarray], symbols: tuple[str, ...]):
+def by_every_segment(place: Scene, paths: list[np.ndarray], symbols: tuple[str, ...]):
+    """The plain evaluator: every segment against every object."""
     out = np.full((len(paths), len(symbols)), np.inf)
     for i, path in enumerate(paths):
         for item in place.objects:
             k = symbols.index(item.symbol)
-            out[i, k] = min(out[i, k], item.outline.signed_distance(densify(path)).min())
+            out[i, k] = min(out[i, k], path_distance(item.outline, path)[0])
     return out
 
 
@@ -31,8 +35,33 @@ def test_pruning_changes_nothing(seed: int) -> None:
     paths = [*curves(rng, 3), rng.uniform(0, 100, (2, 2)), rng.uniform(0, 100, (1, 2))]
     paths.append(np.repeat(rng.uniform(0, 100, (1, 2)), 4, axis=0))  # never moves
     paths.append(rng.uniform(0, 100, (7, 2)))  # long straight legs
+    paths.append(np.repeat(rng.uniform(0, 100, (9, 2)), 5, axis=0))  # and rests between them
     found = nearest_approach(place, paths, SYMBOLS)
-    np.testing.assert_allclose(found, by_looking_everywhere(place, paths, SYMBOLS), atol=1e-12)
+    np.testing.assert_allclose(found, by_every_segment(place, paths, SYMBOLS), atol=1e-12)
+
+
+@given(seed=st.integers(0, 10**6), factor=st.sampled_from([1.0, 1e-3, 1e3]))
+@settings(deadline=None, max_examples=20)
+def test_ten_thousand_points_on_the_same_lines_are_the_same_path(seed: int, factor: float) -> None:
+    rng = np.random.default_rng(seed)
+    place = scene(rng)
+    place = replace(place, objects=tuple(scaled(o, factor) for o in place.objects or ()))
+    path = rng.uniform(0, 100, (6, 2)) * factor
+    dense = densify(path, 0.03 * factor)
+    found = nearest_approach(place, [path, dense], SYMBOLS)
+    np.testing.assert_allclose(found[1], found[0], atol=1e-10 * factor)
+
+
+def scaled(item: SceneObject, factor: float) -> SceneObject:
+    shape = item.outline
+    center = tuple(factor * c for c in item.center)
+    if isinstance(shape, Polygon):
+        return replace(item, center=center, footprint=Polygon(shape.vertices * factor))
+    if isinstance(shape, Disc):
+        return replace(item, center=center, footprint=Disc(center, shape.radius * factor))
+    assert isinstance(shape, Capsule)
+    ends = [tuple(factor * c for c in end) for end in (shape.start, shape.end)]
+    return replace(item, center=center, footprint=Capsule(*ends, shape.radius * factor))
 
 
 def test_stack_and_list_agree_and_further_columns_are_ignored() -> None:
@@ -69,8 +98,6 @@ def test_not_a_number_is_refused() -> None:
 def test_translation_moves_nothing() -> None:
     rng = np.random.default_rng(2)
     place, paths = scene(rng), curves(rng, 4)
-    from dataclasses import replace
-
     moved = replace(place, objects=tuple(o.moved((13.0, -7.0)) for o in place.objects))
     there = nearest_approach(moved, paths + np.array([13.0, -7.0]), SYMBOLS)
     np.testing.assert_allclose(nearest_approach(place, paths, SYMBOLS), there, atol=1e-9)

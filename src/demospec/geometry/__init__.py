@@ -4,8 +4,10 @@ from demospec.geometry._extent import Bounds, bounds_of, extent, path_bounds
 from demospec.geometry._maps import read_map
 from demospec.geometry._multi_polygon import MultiPolygon
 from demospec.geometry._outlines import rims, similar
+from demospec.geometry._polylines import Polylines, nearest_on_paths
 from demospec.geometry._segment_distance import (
     nearest,
+    nearest_on_segments,
     path_distance,
     segment_distance,
     segments_keep,
@@ -19,9 +21,12 @@ __all__ = [
     "Footprint",
     "MultiPolygon",
     "Polygon",
+    "Polylines",
     "bounds_of",
     "extent",
     "nearest",
+    "nearest_on_paths",
+    "nearest_on_segments",
     "path_bounds",
     "path_distance",
     "read_map",

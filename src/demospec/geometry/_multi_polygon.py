@@ -52,7 +52,7 @@ class MultiPolygon:
     def signed_distance(self, points: ArrayLike) -> FloatArray:
         p = np.asarray(points, dtype=np.float64)[..., :2]
         flat = p.reshape(-1, 2)
-        out = self._lines.distance(flat)
+        out = self.lines.distance(flat)
         inside = self.contains(flat)
         out[inside] = -out[inside]
         return out.reshape(p.shape[:-1])
@@ -62,7 +62,8 @@ class MultiPolygon:
         return np.asarray(np.any([part.contains(points) for part in self.parts], axis=0))
 
     @cached_property
-    def _lines(self) -> Edges:
+    def lines(self) -> Edges:
+        """The rim, prepared for many distances."""
         return Edges(*self.edges)
 
     def moved(self, by: ArrayLike) -> MultiPolygon:

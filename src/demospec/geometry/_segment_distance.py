@@ -12,12 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from demospec.frames import FloatArray
+from demospec.geometry._extent import extent
 from demospec.geometry._multi_polygon import MultiPolygon
+from demospec.geometry._polygon_depth import nearest_in_polygon
 from demospec.geometry._shapes import Capsule, Disc, Footprint, Polygon
 
 BoolArray = NDArray[np.bool_]
 
-_DEPTH_SAMPLES = 33
 _MAP_SAMPLES = 257
 """Along a segment, where the shape is known by a map of distances only."""
 
@@ -46,46 +47,65 @@ def nearest(shape: Footprint, points: FloatArray) -> tuple[FloatArray, FloatArra
 
 def _slope(shape: Footprint, points: FloatArray, axis: FloatArray) -> FloatArray:
     """Central difference along one axis, (n,)."""
-    step = 1e-4 * axis
+    step = 1e-6 * extent(shape.bounds) * axis
     return shape.signed_distance(points + step) - shape.signed_distance(points - step)
 
 
 def segment_distance(shape: Footprint, a: FloatArray, b: FloatArray) -> FloatArray:
     """Smallest signed distance of each straight segment a_i b_i to the footprint, (m,).
 
-    Exact where the segment stays outside. Where it enters a polygon, the depth is that of the
-    deepest of 33 samples and of the middles between its crossings: negative for certain, and
-    deep to within 1/64 of the segment. A shape known by its distances only is sampled.
+    Exact, also for the depth of what lies inside; see `nearest_on_segments`.
+    """
+    return nearest_on_segments(shape, a, b)[0]
+
+
+def nearest_on_segments(
+    shape: Footprint,
+    a: FloatArray,
+    b: FloatArray,
+    *,
+    ends: FloatArray | None = None,
+    below: FloatArray | None = None,
+) -> tuple[FloatArray, FloatArray]:
+    """Smallest signed distance of each straight segment a_i b_i to the footprint, and where.
+
+    Exact, inside and outside; a shape that is known by a map of distances only is sampled.
+
+    Args:
+        ends: (m, 2) signed distances at a and b, where they are known.
+        below: (m,) distances that are not less than this are not asked for: what comes out
+            there is not less than it. None: all are asked for.
+
+    Returns:
+        Signed distance (m,), and how far along the segment it is attained, in [0, 1] (m,).
     """
     if isinstance(shape, Disc):
-        return _point_segments(np.asarray(shape.center), a, b) - shape.radius
+        center = np.array([shape.center])
+        along = _parameter(center, a, b)[0]
+        gap = a + along[:, None] * (b - a) - center
+        return np.hypot(gap[:, 0], gap[:, 1]) - shape.radius, along
     if isinstance(shape, Capsule):
-        core = np.asarray(shape.start)[None], np.asarray(shape.end)[None]
-        gap, _ = _segment_pairs(a, b, *core)
-        return np.asarray(gap[:, 0] - shape.radius)
-    if not isinstance(shape, (Polygon, MultiPolygon)):
-        u = np.linspace(0.0, 1.0, _MAP_SAMPLES)[None, :, None]
-        return np.asarray(shape.signed_distance(a[:, None] * (1 - u) + b[:, None] * u).min(axis=1))
-    gaps, crossings = _segment_pairs(a, b, *shape.edges)
-    least = gaps.min(axis=1)
-    # A segment that touches no edge is wholly inside or wholly outside: ask its start.
-    for i in np.flatnonzero((least <= 0) | (shape.signed_distance(a) < 0)):
-        at = np.sort(crossings[i][np.isfinite(crossings[i])])
-        between = (at[:-1] + at[1:]) / 2  # a thin corner may lie between two samples
-        u = np.concatenate([np.linspace(0.0, 1.0, _DEPTH_SAMPLES), between])[:, None]
-        least[i] = min(0.0, shape.signed_distance(a[i] * (1 - u) + b[i] * u).min())
-    return np.asarray(least)
+        gap, along = _nearest_of_line(np.array([shape.start, shape.end]), a, b)
+        return gap - shape.radius, along
+    if isinstance(shape, (Polygon, MultiPolygon)):
+        if ends is None:
+            ends = shape.signed_distance(np.stack([a, b], axis=1))
+        if below is None:
+            below = np.full(len(a), np.inf)
+        return nearest_in_polygon(shape, a, b, ends, below)
+    u = np.linspace(0.0, 1.0, _MAP_SAMPLES)
+    every = shape.signed_distance(a[:, None] + u[:, None] * (b - a)[:, None])
+    least = every.argmin(axis=1)
+    return every[np.arange(len(every)), least], u[least]
 
 
 def path_distance(shape: Footprint, path: FloatArray) -> tuple[float, tuple[float, float]]:
     """Smallest signed distance of a polyline (n, 2), n ≥ 1, and a point of it that attains it."""
     a, b = (path, path) if len(path) == 1 else (path[:-1], path[1:])
-    gaps = segment_distance(shape, a, b)
+    gaps, along = nearest_on_segments(shape, a, b)
     worst = int(gaps.argmin())
-    u = np.linspace(0.0, 1.0, 129)[:, None]
-    along = a[worst] * (1 - u) + b[worst] * u
-    at = along[int(shape.signed_distance(along).argmin())]
-    return float(gaps[worst]), (float(at[0]), float(at[1]))
+    x, y = a[worst] + along[worst] * (b[worst] - a[worst])
+    return float(gaps[worst]), (float(x), float(y))
 
 
 def segments_keep(shape: Footprint, a: FloatArray, b: FloatArray, radius: float) -> BoolArray:
@@ -143,8 +163,9 @@ def _nearest_edge(
 
 def _unit(vector: FloatArray, length: FloatArray) -> FloatArray:
     # On the rim or in the very centre any direction does; take x.
-    safe = np.where(length > 1e-12, length, 1.0)[:, None]
-    return np.where(length[:, None] > 1e-12, vector / safe, np.array([1.0, 0.0]))
+    some = length > np.finfo(np.float64).tiny
+    safe = np.where(some, length, 1.0)[:, None]
+    return np.where(some[:, None], vector / safe, np.array([1.0, 0.0]))
 
 
 def _project(points: FloatArray, a: FloatArray, b: FloatArray) -> FloatArray:
@@ -156,38 +177,34 @@ def _project(points: FloatArray, a: FloatArray, b: FloatArray) -> FloatArray:
     return np.stack([a[:, 0] + t * ex, a[:, 1] + t * ey], axis=2)
 
 
-def _point_segments(point: FloatArray, a: FloatArray, b: FloatArray) -> FloatArray:
-    """Distance from one point to each segment, (m,)."""
-    foot = _project(point[None], a, b)[0]
-    return np.asarray(np.hypot(*(foot - point).T))
-
-
-def _segment_pairs(
-    a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray
+def _nearest_of_line(
+    ends: FloatArray, a: FloatArray, b: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Every segment a_i b_i against every c_j d_j.
-
-    Returns:
-        Distances (m, k), 0 where they cross; and where on a_i b_i they do, in [0, 1] (m, k),
-        NaN where they do not.
-    """
-    gap2 = np.minimum(
-        np.minimum(_gap2(a, c, d), _gap2(b, c, d)),
-        np.minimum(_gap2(c, a, b).T, _gap2(d, a, b).T),
-    )
-    ab, cd = (b - a)[:, None], (d - c)[None]
-    ac = c[None] - a[:, None]
+    """Distance from each segment a_i b_i to one segment (its two ends), 0 where they cross."""
+    c, d = ends[:1], ends[1:]
+    inner = _parameter(ends, a, b).T
+    feet = a[:, None] + inner[..., None] * (b - a)[:, None]
+    to_ends = np.hypot(*np.moveaxis(feet - ends, 2, 0))
+    from_a, from_b = (np.hypot(*(_project(p, c, d)[:, 0] - p).T) for p in (a, b))
+    gaps = np.stack([from_a, from_b, to_ends[:, 0], to_ends[:, 1]])
+    along = np.stack([np.zeros(len(a)), np.ones(len(a)), inner[:, 0], inner[:, 1]])
+    ab, cd, ac = b - a, d - c, c - a
     across = _cross(ab, cd)
     # Nearly parallel segments cross infinitely far away: the quotients may overflow.
     with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
         s, t = _cross(ac, cd) / across, _cross(ac, ab) / across
-    crossing = (across != 0) & (s >= 0) & (s <= 1) & (t >= 0) & (t <= 1)
-    return np.where(crossing, 0.0, np.sqrt(gap2)), np.where(crossing, s, np.nan)
+        crossing = (across != 0) & (s >= 0) & (s <= 1) & (t >= 0) & (t <= 1)
+    row, least = np.arange(len(a)), gaps.argmin(axis=0)
+    gap = np.where(crossing, 0.0, gaps[least, row])
+    return gap, np.where(crossing, np.where(crossing, s, 0.0), along[least, row])
 
 
-def _gap2(p: FloatArray, a: FloatArray, b: FloatArray) -> FloatArray:
-    foot = _project(p, a, b)
-    return np.asarray((foot[..., 0] - p[:, :1]) ** 2 + (foot[..., 1] - p[:, 1:]) ** 2)
+def _parameter(points: FloatArray, a: FloatArray, b: FloatArray) -> FloatArray:
+    """(n, m) where on each segment a_j b_j the place nearest to each point lies, in [0, 1]."""
+    ex, ey = (b - a).T
+    length2 = ex * ex + ey * ey
+    dx, dy = points[:, :1] - a[:, 0], points[:, 1:] - a[:, 1]
+    return np.asarray(np.clip((dx * ex + dy * ey) / np.where(length2 > 0, length2, 1.0), 0.0, 1.0))
 
 
 def _cross(u: FloatArray, v: FloatArray) -> FloatArray:

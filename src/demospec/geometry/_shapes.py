@@ -121,7 +121,7 @@ class Polygon:
     def signed_distance(self, points: ArrayLike) -> FloatArray:
         p = np.asarray(points, dtype=np.float64)[..., :2]
         flat = p.reshape(-1, 2)
-        out = self._lines.distance(flat)
+        out = self.lines.distance(flat)
         inside = self.contains(flat)
         out[inside] = -out[inside]
         return out.reshape(p.shape[:-1])
@@ -141,7 +141,8 @@ class Polygon:
         return out.reshape(p.shape[:-1])
 
     @cached_property
-    def _lines(self) -> Edges:
+    def lines(self) -> Edges:
+        """The rim, prepared for many distances."""
         return Edges(*self.edges)
 
     def _inside(self, p: FloatArray) -> NDArray[np.bool_]:
@@ -187,9 +188,19 @@ class Edges:
         return out
 
     def _gap(self, p: FloatArray) -> FloatArray:
+        q, t, square = self.squares(p)
+        # That cancels digits, so it only picks the edge; the distance is measured afresh.
+        nearest = square.argmin(axis=1)
+        share = t[np.arange(len(p)), nearest, None]
+        gap = q[:, :2] - self.first[nearest] - share * self.along[nearest]
+        return np.asarray(np.hypot(gap[:, 0], gap[:, 1]))
+
+    def squares(self, p: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """[x, y, 1] about the middle (m, 3), and of every edge the nearest place t in [0, 1] and
+        the squared distance less x² + y², (m, k) each."""
         q = np.ones((len(p), 3))
         q[:, :2] = p - self.origin
-        # Squared distance to every edge, less |q|²: |a|² − 2 q·a + |e|² t (t − 2 t_free).
+        # |a|² − 2 q·a + |e|² t (t − 2 t_free)
         free = q @ self.to_parameter
         t = np.clip(free, 0.0, 1.0)
         free *= -2.0
@@ -197,11 +208,7 @@ class Edges:
         free *= t
         free *= self.length2
         free += q @ self.to_square
-        # That cancels digits, so it only picks the edge; the distance is measured afresh.
-        nearest = free.argmin(axis=1)
-        share = t[np.arange(len(p)), nearest, None]
-        gap = q[:, :2] - self.first[nearest] - share * self.along[nearest]
-        return np.asarray(np.hypot(gap[:, 0], gap[:, 1]))
+        return q, t, free
 
 
 def rectangle(x: float, y: float, width: float, height: float) -> Polygon:

@@ -11,17 +11,11 @@ import numpy as np
 from demospec.demonstrations import Paths, Verdict
 from demospec.errors import InputError
 from demospec.frames import FloatArray
+from demospec.geometry import nearest_on_paths
 from demospec.rules._goodness import Fit
 from demospec.rules._verdicts import known_of, verdicts
-from demospec.rules.clearance._measure import (
-    DensePaths,
-    Distance,
-    FlatPaths,
-    nearest_approach,
-    nearest_points,
-    shape_of,
-)
-from demospec.scene import Scene
+from demospec.rules.clearance._measure import Distance, nearest_approach, polylines, shape_of
+from demospec.scene import Footprint, Scene
 
 ANYONE = "anyone"
 """Name of the one type where none is named: of a set in which no demonstration has a type, and of
@@ -54,7 +48,7 @@ class ClearanceRule:
         return tuple(self.value)
 
     def margins(self, scene: Scene, paths: Paths) -> FloatArray:
-        """(n,) smallest distance − clearance along each dense path; ≥ 0 where it is kept.
+        """(n,) smallest distance − clearance along each path; ≥ 0 where it is kept.
 
         +inf where nothing in the scene matters. Set units.
 
@@ -71,15 +65,14 @@ class ClearanceRule:
     ) -> tuple[FloatArray, FloatArray]:
         """Margins (n,) and, for each path (n, m, 2), where to move its points to raise it.
 
-        The subgradient of the smallest margin: the nearest point of the dense path, away from
+        The subgradient of the smallest margin: the nearest point of the path, away from
         the object, shared between the two path points that it lies between. Zero where
         nothing in the scene matters.
         """
         stack = np.asarray(paths, dtype=np.float64)
-        flat = FlatPaths.of(stack)
-        dense = DensePaths(flat)
+        flat = polylines(stack)
+        nudge = 1e-6 * scene.length_scale
         margin = np.full(len(flat), np.inf)
-        point = np.zeros((len(flat), 2))
         first = np.zeros(len(flat), dtype=np.int64)
         along = np.zeros(len(flat))
         normal = np.zeros((len(flat), 2))
@@ -87,25 +80,37 @@ class ClearanceRule:
             if item.symbol not in self.value:
                 continue
             shape = shape_of(item, self.distance)
-            found, row, share = nearest_points(dense, shape)
+            found, row, share = nearest_on_paths(flat, shape)
             found = found - self.value[item.symbol]
             closer = np.flatnonzero(found < margin)
             if not len(closer):
                 continue
             margin[closer], first[closer], along[closer] = found[closer], row[closer], share[closer]
-            after = np.minimum(row + 1, len(flat.points) - 1)
-            step = flat.points[after] - flat.points[row]
-            point[closer] = (flat.points[row] + share[:, None] * step)[closer]
-            for axis in (0, 1):
-                nudge = np.eye(2)[axis] * 1e-4
-                up = shape.signed_distance(point[closer] + nudge)
-                down = shape.signed_distance(point[closer] - nudge)
-                normal[closer, axis] = (up - down) / 2e-4
+            here, there = flat.at(row, share)[closer], flat.at(row, np.ones(len(flat)))[closer]
+            normal[closer] = _normal(shape, here, there - here, nudge)
         gradient = np.zeros((len(flat.points), 2))
         gradient[first] += (1.0 - along)[:, None] * normal
         inner = np.flatnonzero(along > 0)
         gradient[first[inner] + 1] += along[inner, None] * normal[inner]
         return margin, gradient.reshape(stack.shape[0], stack.shape[1], 2)
+
+
+def _normal(shape: Footprint, points: FloatArray, ways: FloatArray, nudge: float) -> FloatArray:
+    """(n, 2) how the distance of a path changes when its nearest point (n, 2) is displaced.
+
+    Where two sides of a footprint are equally near, that is the mixture of both gradients that
+    has no part along the path (`ways`, (n, 2)): the nearest point slides along it.
+    """
+    length = np.hypot(ways[:, 0], ways[:, 1])[:, None]
+    way = ways / np.where(length > 0, length, 1.0)
+    steps = nudge * np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
+    sides = points[:, None] + 2 * nudge * np.stack([-way, way], axis=1)
+    d = shape.signed_distance(sides[:, :, None] + steps)
+    slopes = np.stack([d[..., 0] - d[..., 1], d[..., 2] - d[..., 3]], axis=2) / (2 * nudge)
+    before, after = (slopes * way[:, None]).sum(axis=2).T
+    turns = (before < 0) & (after > 0)
+    share = np.where(turns, after / np.where(turns, after - before, 1.0), 0.5)[:, None]
+    return np.asarray(share * slopes[:, 0] + (1.0 - share) * slopes[:, 1])
 
 
 @dataclass(frozen=True)

@@ -16,13 +16,8 @@ from numpy.typing import NDArray
 
 from demospec.demonstrations import Paths
 from demospec.frames import FloatArray
-from demospec.rules.clearance._measure import (
-    DensePaths,
-    Distance,
-    FlatPaths,
-    nearest_points,
-    shape_of,
-)
+from demospec.geometry import nearest_on_paths
+from demospec.rules.clearance._measure import Distance, polylines, shape_of
 from demospec.rules.influence.engines._arithmetic import IntArray
 from demospec.scene import Footprint, Scene
 
@@ -30,7 +25,7 @@ _FAR = 3.0
 _CLOSE = 25.0
 """Hundredths of the table beyond which `slope` is taken for 1: no clearance is that large."""
 
-_STEP = 1e-4  # set units: far below a pixel, far above rounding
+_STEP = 1e-4  # hundredths of the table: far below any clearance, far above rounding
 
 
 @dataclass(frozen=True)
@@ -143,27 +138,24 @@ def passes(
     """
     column = {symbol: k for k, symbol in enumerate(symbols)}
     items = [o for o in scene.listed_objects() if o.symbol in column]
-    flat = FlatPaths.of(paths)
+    flat = polylines(paths)
     n, q = len(flat), len(items)
     gap, away, slope = np.empty((n, q)), np.empty((n, q, 2)), np.ones((n, q, 2))
     for low, high in flat.chunks() if items else ():
         part = flat.part(low, high)
-        dense = DensePaths(part)
         for j, item in enumerate(items):
             shape = shape_of(item, distance)
-            near, segment, along = nearest_points(dense, shape)
-            here = part.points[segment]
-            after = part.points[np.minimum(segment + 1, len(part.points) - 1)]
+            near, segment, along = nearest_on_paths(part, shape)
             gap[low:high, j] = near
-            up = _uphill(shape, here + along[:, None] * (after - here))
+            up = _uphill(shape, part.at(segment, along), _STEP * unit)
             away[low:high, j] = up
             close = np.flatnonzero(near < _CLOSE * unit)
             if not len(close):
                 continue
             # Both sides at once: few paths cost no more than one.
             shift = _FAR * unit * np.concatenate([up[close], -up[close]])
-            there = DensePaths(_moved(part.chosen(np.concatenate([close, close])), shift))
-            change = nearest_points(there, shape)[0].reshape(2, -1) - near[close]
+            there = part.chosen(np.concatenate([close, close])).moved(shift)
+            change = nearest_on_paths(there, shape)[0].reshape(2, -1) - near[close]
             slope[low + close, j] = (change * [[1.0], [-1.0]]).T / (_FAR * unit)
     return Passes(
         np.repeat(np.arange(n), q),
@@ -176,16 +168,11 @@ def passes(
     )
 
 
-def _moved(paths: FlatPaths, by: FloatArray) -> FlatPaths:
-    """Every path displaced by its own row of `by` (n, 2)."""
-    return FlatPaths(paths.points + np.repeat(by, np.diff(paths.offsets), axis=0), paths.offsets)
-
-
-def _uphill(shape: Footprint, points: FloatArray) -> FloatArray:
+def _uphill(shape: Footprint, points: FloatArray, step: float) -> FloatArray:
     """(n, 2) direction in which the distance grows; 0 on a ridge, where it has none."""
-    steps = _STEP * np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
+    steps = step * np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
     d = shape.signed_distance((points[:, None] + steps).reshape(-1, 2)).reshape(-1, 4)
-    slope = np.stack([d[:, 0] - d[:, 1], d[:, 2] - d[:, 3]], axis=1) / (2 * _STEP)
+    slope = np.stack([d[:, 0] - d[:, 1], d[:, 2] - d[:, 3]], axis=1) / (2 * step)
     size = np.linalg.norm(slope, axis=1, keepdims=True)
     return np.asarray(np.where(size > 0.5, slope / np.maximum(size, 1e-12), 0.0))
 
