@@ -5,6 +5,8 @@ from __future__ import annotations
 import importlib
 import subprocess
 import sys
+import tomllib
+from pathlib import Path
 
 import pytest
 
@@ -34,3 +36,15 @@ def test_import_contract() -> None:
     from importlinter.cli import lint_imports
 
     assert lint_imports(no_cache=True) == 0
+
+
+def test_every_room_keeps_its_private_modules() -> None:
+    root = Path(__file__).parents[2]
+    contracts = tomllib.loads((root / "pyproject.toml").read_text())["tool"]["importlinter"]
+    kept = {
+        contract["allowed_importers"][0]: contract["protected_modules"]
+        for contract in contracts["contracts"]
+        if contract["type"] == "protected"
+    }
+    rooms = [f"demospec.{f.parent.name}" for f in (root / "src/demospec").glob("*/__init__.py")]
+    assert kept == {room: [f"{room}.**"] for room in rooms}
