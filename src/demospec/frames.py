@@ -1,14 +1,16 @@
 """Frames and units: picture pixels, table metres, and the solver's integer quantum.
 
 Pixel frame: x right, y down, origin at the outer corner of the top-left pixel, so that
-pixel (i, j) is centred at (i + 0.5, j + 0.5). Table frame: metres, x right, y away from the
-viewer (up in the picture), origin at the picture's bottom-left outer corner.
+pixel (i, j) is centred at (i + 0.5, j + 0.5). Table frame of a picture: metres, x right, y away
+from the viewer (up in the picture), origin at the picture's bottom-left outer corner. Sets in
+metres keep the frame in which they came; nothing of theirs is turned over.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,18 +20,47 @@ from demospec.errors import InputError
 FloatArray = NDArray[np.float64]
 
 
+Axis = Literal["up", "down"]
+
+
 @dataclass(frozen=True)
-class PixelFrame:
-    """Map between the pixel frame of one picture and the table frame.
+class Frame:
+    """The frame in which a set's coordinates came (``frame`` of dataset.json).
 
     Args:
-        height_px: Height of the picture, pixels; > 0.
-        metres_per_unit: Metres per pixel; > 0. None where the set does not say: then every
+        name: Such as ``map`` or ``base_link``; None where nobody said.
+        y: Whether y grows away from the viewer (``up``, as in ROS) or towards (``down``, as in
+            pictures).
+    """
+
+    name: str | None = None
+    y: Axis = "up"
+
+    @classmethod
+    def of_units(cls, units: str) -> Frame:
+        """What holds where a set does not say: pixels run down, every other unit up."""
+        return cls(None, "down" if units == "px" else "up")
+
+
+PICTURE = Frame(None, "down")
+"""The frame of pixels."""
+
+
+@dataclass(frozen=True)
+class PixelFrame:
+    """Map between a set's coordinates and metres: scaled, and for pictures turned over.
+
+    Args:
+        height_px: Height of the picture, set units.
+        metres_per_unit: Metres per unit; > 0. None where the set does not say: then every
             conversion to metres raises.
+        y: ``down``: the metres' origin is the picture's bottom-left outer corner, y up. ``up``:
+            the coordinates keep their axes and their origin.
     """
 
     height_px: float
     metres_per_unit: float | None
+    y: Axis = "down"
 
     def _scale(self) -> float:
         if self.metres_per_unit is None:
@@ -41,15 +72,17 @@ class PixelFrame:
         return self.metres_per_unit
 
     def to_metres(self, points_px: ArrayLike) -> FloatArray:
-        """Pixel frame → table frame. Shape (..., 2) → (..., 2); further columns are scaled."""
+        """Set units → metres. Shape (..., 2) → (..., 2); further columns are scaled."""
         points = np.array(points_px, dtype=np.float64)
-        points[..., 1] = self.height_px - points[..., 1]
+        if self.y == "down":
+            points[..., 1] = self.height_px - points[..., 1]
         return points * self._scale()
 
     def to_pixels(self, points_m: ArrayLike) -> FloatArray:
-        """Table frame → pixel frame; the inverse of `to_metres`."""
+        """Metres → set units; the inverse of `to_metres`."""
         points = np.asarray(points_m, dtype=np.float64) / self._scale()
-        points[..., 1] = self.height_px - points[..., 1]
+        if self.y == "down":
+            points[..., 1] = self.height_px - points[..., 1]
         return points
 
     def length_to_metres(self, length_px: float) -> float:

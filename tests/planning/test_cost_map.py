@@ -72,7 +72,8 @@ def test_resolution_and_faults() -> None:
     item = SceneObject("g", "glass", (40.0, 30.0), None, Disc((40.0, 30.0), 5.0))
     scene = Scene("s", (5.0, 5.0), (75.0, 55.0), (item,), picture)
     rules = RuleSet({"t": TypeRules(ClearanceRule({"glass": 4.0}))}, metres_per_unit=0.004)
-    assert cost_map(rules, scene).shape == (60, 80)
+    assert cost_map(rules, scene).shape == (75, 100)
+    assert cost_map(rules, scene, resolution=1.0).shape == (60, 80)
     assert cost_map(rules, scene, resolution=2.0).shape == (120, 160)
     assert cost_map(rules, scene).metres_per_unit == 0.004
     with pytest.raises(InputError, match="resolution"):

@@ -17,7 +17,7 @@ NEEDS = {
     "48_execute_pr2": ("mink", "robot"),
 }
 SAYS = {
-    "40_export_nav2": "cells of 100x100 are kept out of",
+    "40_export_nav2": "cells of 167x167 are kept out of",
     "41_export_moveit": " as ",
     "42_export_ompl": "BIT*:",
     "43_export_numpy": "price at the start: 1.0",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -25,8 +26,12 @@ def export(
     type: Type = None,
     envelope: Envelope = "upper",
     planner: Planner = "grid",
-    resolution: Resolution = 1.0,
+    resolution: Resolution = None,
     speed: Annotated[float, typer.Option(help="m/s, for time stamps.")] = 0.1,
+    frame_id: Annotated[
+        str | None,
+        typer.Option(help="Name of the frame in messages; by default the set's, else map."),
+    ] = None,
     force: Force = False,
     json: Json = False,
 ) -> None:
@@ -44,6 +49,7 @@ def export(
         resolution=resolution,
         planner=planner,
         speed_m_s=speed,
+        axes=data.axes if frame_id is None else replace(data.axes, name=frame_id),
     )
     export_to(request, to, out, replace=force)
     written = [p for p in sorted(out.rglob("*")) if p.is_file()] if out.is_dir() else [out]

@@ -24,7 +24,12 @@ Envelope = Annotated[
     ),
 ]
 Planner = Annotated[str, typer.Option(help="grid, latent, or an OMPL planner (extra planners).")]
-Resolution = Annotated[float, typer.Option(help="Cells per unit of the cost map.")]
+Resolution = Annotated[
+    float | None,
+    typer.Option(
+        help="Cells per unit of the set (1/px, 1/m); by default a hundred along the longer side."
+    ),
+]
 
 
 def plan(
@@ -34,7 +39,7 @@ def plan(
     type: Type = None,
     envelope: Envelope = "upper",
     planner: Planner = "grid",
-    resolution: Resolution = 1.0,
+    resolution: Resolution = None,
     picture: Annotated[
         Path | None, typer.Option(help="Draw the scene, its zones and the plan (PNG).")
     ] = None,
@@ -72,14 +77,14 @@ def plan(
     if json:
         print_json(document)
     else:
-        _show(document, data.metres_per_unit)
+        _show(document, data.metres_per_unit, data.units)
 
 
-def _show(document: dict[str, Any], metres_per_unit: float | None) -> None:
+def _show(document: dict[str, Any], metres_per_unit: float | None, units: str = "px") -> None:
     from demospec.frames import describe_length
 
     def words(length: float) -> str:
-        return describe_length(length, metres_per_unit)
+        return describe_length(length, metres_per_unit, units)
 
     title = f"scene {document['scene_id']}, {document['type']}, {document['planner']} planner, "
     title += f"envelope {document['envelope']}"

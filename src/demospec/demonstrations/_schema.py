@@ -53,6 +53,13 @@ class _Strict(BaseModel):
     model_config = ConfigDict(extra="allow", strict=True)
 
 
+class FrameEntry(_Strict):
+    """``frame`` of ``dataset.json``."""
+
+    name: Name | None = None
+    y: Literal["up", "down"]
+
+
 class Header(_Strict):
     """``dataset.json``."""
 
@@ -64,6 +71,7 @@ class Header(_Strict):
     symbols: list[Name] = []
     types: list[Name] = []
     columns: Annotated[list[Name], Field(min_length=2)] = ["x", "y"]
+    frame: FrameEntry | None = None
 
 
 class ObjectLine(_Strict):

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from demospec.demonstrations._trajectory import Demonstrations
 from demospec.errors import InputError
+from demospec.frames import Frame, metres_of_unit
 from demospec.geometry import extent, path_bounds
 from demospec.scene import Scene
 
@@ -31,6 +32,7 @@ class DemonstrationSet:
         types: User types. Types that demonstrations use and this omits are refused.
         columns: What a point holds; ``x``, ``y`` first.
         extra: Further keys of ``dataset.json``, kept as they came.
+        frame: The frame in which the coordinates came, or None where nobody said.
 
     Raises:
         InputError: With field and row; `demospec.demonstrations.read_set` adds the file.
@@ -45,6 +47,17 @@ class DemonstrationSet:
     types: tuple[str, ...] = ()
     columns: tuple[str, ...] = ("x", "y")
     extra: tuple[tuple[str, Any], ...] = field(default=(), compare=False)
+    frame: Frame | None = None
+
+    @property
+    def axes(self) -> Frame:
+        """The frame of the coordinates; the one that the unit implies where the set is silent."""
+        return Frame.of_units(self.units) if self.frame is None else self.frame
+
+    @property
+    def scale_m(self) -> float | None:
+        """Metres per unit, also where the unit itself says so; None where nobody does."""
+        return metres_of_unit(self.units, self.metres_per_unit)
 
     def __post_init__(self) -> None:
         _check_header(self)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +21,7 @@ from demospec.demonstrations._table import read_table, write_table
 from demospec.demonstrations._trajectory import Demonstrations
 from demospec.errors import InputError
 from demospec.files import parse_json, read_bytes, read_json, to_json, writing_folder
+from demospec.frames import Frame
 from demospec.scene import Picture, Scene
 
 PARQUET = "demonstrations.parquet"
@@ -69,6 +70,7 @@ def assemble(
             types=tuple(header.types),
             columns=tuple(header.columns),
             extra=tuple((header.model_extra or {}).items()),
+            frame=None if header.frame is None else Frame(header.frame.name, header.frame.y),
         )
     except InputError as error:
         raise error.at(file=_file_of(root, error)) from error
@@ -164,6 +166,7 @@ def write_set(
             "symbols": list(data.symbols),
             "types": list(data.types),
             "columns": list(data.columns),
+            **({} if data.frame is None else {"frame": asdict(data.frame)}),
             **dict(data.extra),
         }
         (root / "dataset.json").write_text(to_json(header) + "\n", encoding="utf-8")

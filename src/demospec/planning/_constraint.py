@@ -109,6 +109,7 @@ def capped_at_ends(
     start: FloatArray,
     goal: FloatArray,
     metres_per_unit: float | None,
+    units: str = "px",
 ) -> Constraint:
     """The constraint with no clearance larger than start and goal allow.
 
@@ -131,8 +132,8 @@ def capped_at_ends(
             gap = float(zone.shape.signed_distance(point))
             keep = min(radius.get(zone.object_id, zone.radius), zone.radius)
             if gap < keep:
-                words = describe_length(keep, metres_per_unit)
-                found = describe_length(gap, metres_per_unit)
+                words = describe_length(keep, metres_per_unit, units)
+                found = describe_length(gap, metres_per_unit, units)
                 raise InputError(
                     f"a {name} at least {words} from {zone.object_id}",
                     f"[{point[0]:g}, {point[1]:g}], {found} from it",

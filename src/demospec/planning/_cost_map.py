@@ -27,7 +27,8 @@ from demospec.scene import Scene
 Preset = Literal["physical", "paper", "count"]
 
 WEIGHT = 1.0
-"""w: 1 unit of depth doubles the price of a unit of length, a few make any detour cheaper."""
+"""w, per hundredth of the map's longer side: so much depth doubles the price of a unit of length, a
+few times as much makes any detour cheaper."""
 
 MAX_CELLS = 25_000_000
 """Largest map that is made; a larger one is taken for a slip in the resolution."""
@@ -75,6 +76,11 @@ class CostMap:
             max(1, int(np.ceil((y1 - y0) / self.cell - 1e-9))),
             max(1, int(np.ceil((x1 - x0) / self.cell - 1e-9))),
         )
+
+    @property
+    def extent(self) -> float:
+        """The longer side, set units."""
+        return float(max(self.bounds[2] - self.bounds[0], self.bounds[3] - self.bounds[1]))
 
     def centers(self) -> FloatArray:
         """(rows, columns, 2): centre of every cell, set units; row 0 is the top."""
@@ -164,11 +170,13 @@ class CostMap:
             r, c, block = r[open_] * 2, c[open_] * 2, block // 2
             r, c = (r[:, None] + [0, 0, 1, 1]).ravel(), (c[:, None] + [0, 1, 0, 1]).ravel()
 
-    def path_cost(self, points: ArrayLike, spacing: float = 0.25) -> float:
-        """∫ cost ds along a polyline (n, 2), by the trapezoid rule at `spacing`."""
+    def path_cost(self, points: ArrayLike, spacing: float | None = None) -> float:
+        """∫ cost ds along a polyline (n, 2), by the trapezoid rule at `spacing` (a quarter of a
+        cell)."""
         from demospec.demonstrations import densify
 
-        p = densify(np.asarray(points, dtype=np.float64), spacing)
+        step = self.cell / 4 if spacing is None else spacing
+        p = densify(np.asarray(points, dtype=np.float64), step)
         steps = np.hypot(*np.diff(p, axis=0).T)
         price = self.cost(p)
         return float((steps * (price[1:] + price[:-1]) / 2).sum())

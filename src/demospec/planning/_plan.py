@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from demospec.demonstrations import checked_points
 from demospec.errors import InputError
-from demospec.frames import FloatArray
+from demospec.frames import FloatArray, metres_of_unit
 from demospec.planning._blockers import blockers, share_that_fits
 from demospec.planning._budget import plan_within_budget
 from demospec.planning._constraint import Constraint, Plannable, capped_at_ends, constraint_of
@@ -35,9 +35,9 @@ def cost_map(
     type: str | None = None,
     envelope: Envelope = "upper",
     *,
-    resolution: float = 1.0,
+    resolution: float | None = None,
     symbols: Sequence[str] | None = None,
-    weight: float = WEIGHT,
+    weight: float | None = None,
     preset: Preset = "physical",
 ) -> CostMap:
     """The cost map of one type in one scene.
@@ -47,9 +47,9 @@ def cost_map(
         scene: Must list its objects, or have a picture where a `field` model looks at it.
         type: May be left out where the rules know only one.
         envelope: Which of the consistent rules; default the safest.
-        resolution: Cells per set unit; > 0. 1 gives a cell per pixel.
+        resolution: Cells per set unit; > 0. By default the longer side has a hundred cells.
         symbols: Only these of the relevant symbols.
-        weight: Price of depth, per set unit.
+        weight: Price of depth, per set unit; by default 1 per hundredth of the longer side.
         preset: Which penalty, see `CostMap`.
 
     Raises:
@@ -62,21 +62,29 @@ def cost_map(
 
 def _scale(rules: Plannable) -> float | None:
     scale: float | None = getattr(rules, "metres_per_unit", None)
-    return scale
+    return metres_of_unit(units_of(rules), scale)
+
+
+def units_of(rules: Plannable) -> str:
+    """The unit in which rules speak."""
+    return str(getattr(rules, "units", "px"))
 
 
 def _map_of(
     constraint: Constraint,
     rules: Plannable,
-    resolution: float,
-    weight: float = WEIGHT,
+    resolution: float | None,
+    weight: float | None = None,
     preset: Preset = "physical",
 ) -> CostMap:
-    if not (np.isfinite(resolution) and resolution > 0):
+    if resolution is not None and not (np.isfinite(resolution) and resolution > 0):
         raise InputError("a resolution > 0 (cells per unit)", resolution, field="resolution")
     zones = constraint.zones if constraint.soft is None else constraint.soft
     bounds = map_bounds(constraint.scene, zones)
-    return CostMap(zones, bounds, 1.0 / resolution, weight, preset, _scale(rules))
+    percent = max(bounds[2] - bounds[0], bounds[3] - bounds[1]) / 100
+    cell = percent if resolution is None else 1.0 / resolution
+    price = WEIGHT / percent if weight is None else weight
+    return CostMap(zones, bounds, cell, price, preset, _scale(rules))
 
 
 def check_plan(
@@ -120,7 +128,7 @@ def plan_path(
     envelope: Envelope = "upper",
     *,
     planner: str = "grid",
-    resolution: float = 1.0,
+    resolution: float | None = None,
     symbols: Sequence[str] | None = None,
     start: Sequence[float] | None = None,
     goal: Sequence[float] | None = None,
@@ -158,7 +166,7 @@ def plan_path(
     a = np.array((scene.start if start is None else start)[:2], dtype=np.float64)
     b = np.array((scene.goal if goal is None else goal)[:2], dtype=np.float64)
     _check_on_table(_map_of(constraint, rules, resolution), scene, a, b)
-    constraint = capped_at_ends(constraint, rules, of, a, b, _scale(rules))
+    constraint = capped_at_ends(constraint, rules, of, a, b, _scale(rules), units_of(rules))
     kept = replace(constraint, zones=_grown(constraint.zones, allowance, a, b))
     where = _map_of(kept, rules, resolution)
     path = _searched(planner, where, kept, a, b, seed, time_limit_s)

@@ -48,7 +48,7 @@ def merge(sets: Sequence[DemonstrationSet], names: Sequence[str] | None = None) 
         raise InputError("at least one set", "none", field="sets")
     first = sets[0]
     for other in sets[1:]:
-        for field in ("units", "metres_per_unit", "columns"):
+        for field in ("units", "metres_per_unit", "columns", "frame"):
             mine, theirs = getattr(first, field), getattr(other, field)
             if mine != theirs:
                 raise InputError(f"{mine}, as in the first set", f"{theirs} in {other.name}",

@@ -34,7 +34,7 @@ def write_rosbag2(request: ExportRequest, folder: Path) -> None:
     messages = Messages(request)
     from rosbags.rosbag2 import Writer
 
-    with Writer(folder / "bag", version=9) as writer:
+    with Writer(folder / "bag", version=8) as writer:
         for topic, message in messages.all():
             name = TOPICS[topic]
             connection = writer.add_connection(topic, name, typestore=messages.store)

@@ -44,7 +44,11 @@ def _header(request: ExportRequest) -> str:
         "ZONES": [_zone(z) for z in where.zones],
         "BOUNDS": list(where.bounds),
         "WEIGHT": where.weight,
+        "UNITS": request.units,
+        "Y_AXIS": request.axes.y,
+        "FRAME_ID": request.frame_id,
         "METRES_PER_UNIT": where.metres_per_unit,
+        "STEP": where.cell / 4,
         "START": list(request.scene.start[:2]),
         "GOAL": list(request.scene.goal[:2]),
     }
@@ -70,8 +74,9 @@ def _zone(zone: Zone) -> dict[str, Any]:
 
 _DOC = '''"""A rule as functions of places. Written by demospec; needs NumPy only.
 
-Places are (x, y) in set units (picture pixels: x right, y down). `cost(p)` is the price of a
-unit of length, >= 1; `clearance(p)` the signed distance to the nearest object that matters;
+Places are (x, y) in the units and the frame of the set (UNITS, Y_AXIS; METRES_PER_UNIT).
+`cost(p)` is the price of a unit of length, >= 1; `clearance(p)` the signed distance to the
+nearest object that matters;
 `margin(p)` the least (distance - clearance to keep): < 0 is forbidden.
 """
 '''
@@ -121,7 +126,7 @@ def cost(p):
     return 1 + WEIGHT * np.sum([np.zeros(p.shape[:-1])] + depths, axis=0)
 
 
-def path_cost(points, spacing=0.25):
+def path_cost(points, spacing=STEP):
     points = np.asarray(points, dtype=float)
     total = 0.0
     for a, b in zip(points[:-1], points[1:]):
@@ -135,7 +140,7 @@ def path_cost(points, spacing=0.25):
 _OMPL = '''
 
 def space_information():
-    """OMPL's plane with the rule as validity; motions are checked every quarter unit."""
+    """OMPL's plane with the rule as validity; motions are checked at every STEP."""
     from ompl import base as ob
 
     space = ob.RealVectorStateSpace(2)
@@ -153,7 +158,7 @@ def space_information():
     class Clear(ob.MotionValidator):
         def checkMotion(self, first, last, *rest):
             a, b = np.array([[first[0], first[1]], [last[0], last[1]]])
-            n = max(2, int(np.ceil(np.hypot(*(b - a)) / 0.25)) + 1)
+            n = max(2, int(np.ceil(np.hypot(*(b - a)) / STEP)) + 1)
             return bool((margin(a + np.linspace(0, 1, n)[:, None] * (b - a)) >= 0).all())
 
     checkers = Outside(info), Clear(info)
@@ -179,7 +184,7 @@ def objective(info):
             if plain:
                 return ob.Cost(float(np.hypot(first[0] - last[0], first[1] - last[1])))
             ends = [[first[0], first[1]], [last[0], last[1]]]
-            return ob.Cost(path_cost(ends, 1.0))
+            return ob.Cost(path_cost(ends, 4 * STEP))
 
         def motionCostHeuristic(self, first, last):
             return ob.Cost(float(np.hypot(first[0] - last[0], first[1] - last[1])))

@@ -15,7 +15,6 @@ from demospec.scene import Disc
 if TYPE_CHECKING:
     from demospec.planning._results import Zone
 
-FRAME = "map"
 TOPICS = {
     "/plan": "nav_msgs/msg/Path",
     "/cost_map": "nav_msgs/msg/OccupancyGrid",
@@ -65,7 +64,7 @@ class Messages:
 
     def _header(self, seconds: float = 0.0) -> Any:
         stamp = self._stamp(seconds)
-        return self._new("std_msgs/msg/Header", stamp=stamp, frame_id=FRAME)
+        return self._new("std_msgs/msg/Header", stamp=stamp, frame_id=self.request.frame_id)
 
     def _point(self, x: float, y: float, z: float = 0.0) -> Any:
         return self._new("geometry_msgs/msg/Point", x=float(x), y=float(y), z=float(z))
@@ -102,8 +101,7 @@ class Messages:
         """`nav_msgs/OccupancyGrid`: the graded map; its first row is the bottom one."""
         where = self.request.cost_map
         rows, columns = where.shape
-        bottom = where.bounds[1] + rows * where.cell
-        x, y = self.request.frame.to_metres([where.bounds[0], bottom])
+        x, y = self.request.corner
         info = self._new(
             "nav_msgs/msg/MapMetaData",
             map_load_time=self._stamp(),
@@ -112,7 +110,7 @@ class Messages:
             height=rows,
             origin=self._pose(x, y),
         )
-        data = occupancy(self.request)[::-1].ravel()
+        data = np.ascontiguousarray(self.request.rows_upwards(occupancy(self.request))).ravel()
         return self._new("nav_msgs/msg/OccupancyGrid", header=self._header(), info=info, data=data)
 
     def markers(self) -> Any:
@@ -125,7 +123,7 @@ class Messages:
         return self._new("visualization_msgs/msg/MarkerArray", markers=made)
 
     def _outlines(self, zone: Zone) -> list[FloatArray]:
-        """Closed lines (n, 2), one a part, pixels."""
+        """Closed lines (n, 2), one a part, set units."""
         from demospec.planning.exports._moveit import grown_hulls
 
         if isinstance(zone.shape, Disc):

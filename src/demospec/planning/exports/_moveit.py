@@ -3,7 +3,8 @@
 MoveIt pads robot links, not objects. So each object's clearance is built into its shape: the
 convex hull of each part of the footprint, grown by the clearance (from outside, by less than
 1 %), as an upright prism; cylinders where the footprint is a disc. ``padding.json`` says what
-was added.
+was added. `operation` is left out: its default is ADD, and message setters take a byte field only
+as bytes.
 
 Source: `moveit_msgs/PlanningScene`, `moveit_msgs/CollisionObject`, `shape_msgs`.
 """
@@ -25,9 +26,7 @@ _HEIGHT_M = 0.30
 """Prisms reach this high: the clearance is a rule of the plane, at every height."""
 
 _CORNERS = 24
-_FRAME = "table"
 _CYLINDER = 3
-_ADD = 0
 
 
 def write_moveit(request: ExportRequest, folder: Path) -> None:
@@ -56,10 +55,9 @@ def planning_scene(request: ExportRequest) -> dict[str, Any]:
 
 def _collision_object(zone: Zone, request: ExportRequest) -> dict[str, Any]:
     document: dict[str, Any] = {
-        "header": {"frame_id": _FRAME},
+        "header": {"frame_id": request.frame_id},
         "id": zone.object_id,
         "type": {"key": zone.symbol, "db": ""},
-        "operation": _ADD,
     }
     if isinstance(zone.shape, Disc):
         x, y = request.frame.to_metres(zone.shape.center)
@@ -67,10 +65,11 @@ def _collision_object(zone: Zone, request: ExportRequest) -> dict[str, Any]:
         document["primitives"] = [{"type": _CYLINDER, "dimensions": [_HEIGHT_M, float(radius)]}]
         document["primitive_poses"] = [_pose(float(x), float(y), _HEIGHT_M / 2)]
         return document
-    # The picture's y runs down: in metres the corners turn the other way, and back again here,
-    # so that the faces look outwards.
+    # Where y runs down, the corners turn the other way in metres, and back again here, so that
+    # the faces look outwards.
     hulls = grown_hulls(zone.shape, zone.radius)
-    document["meshes"] = [_prism(request.frame.to_metres(hull)[::-1]) for hull in hulls]
+    turn = -1 if request.turned_over else 1
+    document["meshes"] = [_prism(request.frame.to_metres(hull)[::turn]) for hull in hulls]
     document["mesh_poses"] = [_pose(0.0, 0.0, 0.0) for _ in hulls]
     return document
 

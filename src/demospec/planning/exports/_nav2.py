@@ -10,7 +10,7 @@ Source of the semantics: nav2_map_server `map_io.cpp` (modes, row order), nav2_c
 - ``speed.pgm`` (mode raw): percent of the full speed within one clearance of a zone, from 30 at
   its rim to 100; 0, which nav2 reads as "no limit", elsewhere.
 
-The first image row is the top of the picture; `origin` is the lower-left corner of the last.
+The first image row has the greatest y; `origin` is the lower-left corner of the last.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def write_nav2(request: ExportRequest, folder: Path) -> None:
 
 
 def occupancy(request: ExportRequest) -> NDArray[np.int8]:
-    """(rows, columns) 0…100; row 0 is the top of the picture."""
+    """(rows, columns) 0…100; row 0 has the least y of the set."""
     where = request.cost_map
     centers = where.centers()
     share = np.zeros(where.shape)
@@ -77,12 +77,10 @@ def _write(
 ) -> None:
     import PIL.Image
 
-    PIL.Image.fromarray(np.asarray(pixels).astype(np.uint8), mode="L").save(folder / f"{name}.pgm")
-    where = request.cost_map
-    cell_m = where.cell * request.scale_m
-    # Whole cells may reach below the map's lower bound: the origin is the last row's corner.
-    bottom = where.bounds[1] + where.shape[0] * where.cell
-    x, y = request.frame.to_metres([where.bounds[0], bottom])
+    shown = np.ascontiguousarray(request.rows_upwards(np.asarray(pixels).astype(np.uint8))[::-1])
+    PIL.Image.fromarray(shown, mode="L").save(folder / f"{name}.pgm")
+    cell_m = request.cost_map.cell * request.scale_m
+    x, y = request.corner
     (folder / f"{name}.yaml").write_text(
         f"image: {name}.pgm\n"
         f"mode: {mode}\n"

@@ -1,23 +1,29 @@
 """What is exported: one scene's cost map and plan, with the frame that planners use.
 
-Frame of every export: metres, x right, y away from the viewer (up in the picture), origin at the
-picture's bottom-left outer corner, z up from the table top. That is ROS's convention for maps.
+Frame of every export: metres, in the frame that the data came in. A picture's pixels become metres
+with x right, y away from the viewer (up in the picture) and the origin at the picture's bottom-left
+outer corner, as ROS has it for maps; coordinates of a set in metres stay what they are.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from demospec.errors import InputError
-from demospec.frames import FloatArray, PixelFrame
+from demospec.frames import PICTURE, FloatArray, Frame, PixelFrame
 from demospec.planning._constraint import Plannable, capped_zones
 from demospec.planning._cost_map import CostMap
-from demospec.planning._plan import cost_map, plan_path
+from demospec.planning._plan import cost_map, plan_path, units_of
 from demospec.planning._results import Envelope, Plan
 from demospec.scene import Scene
+
+MOST_CELLS = 4_000_000
+"""An exported map has about so many cells at most."""
 
 SPEED_M_S = 0.1
 """Speed by which way-points get their time stamps, m/s, unless told otherwise."""
@@ -32,17 +38,44 @@ class ExportRequest:
         cost_map: Of the type and envelope.
         plan: Found, or without points: then formats that need a path refuse.
         speed_m_s: For time stamps; > 0.
+        axes: The frame of the set's coordinates.
+        units: Of the set.
     """
 
     scene: Scene
     cost_map: CostMap
     plan: Plan
     speed_m_s: float = SPEED_M_S
+    axes: Frame = PICTURE
+    units: str = "px"
+
+    @property
+    def frame_id(self) -> str:
+        """Name of the frame in messages."""
+        return self.axes.name or "map"
 
     @property
     def frame(self) -> PixelFrame:
-        """Pixels ↔ metres; y is measured from the lower edge of the map."""
-        return PixelFrame(self.cost_map.bounds[3], self.cost_map.metres_per_unit)
+        """Set units ↔ metres; where y runs down, it is measured from the map's lower edge."""
+        return PixelFrame(self.cost_map.bounds[3], self.cost_map.metres_per_unit, self.axes.y)
+
+    @property
+    def turned_over(self) -> bool:
+        """Whether y runs down in the set and up in the export."""
+        return self.axes.y == "down"
+
+    @property
+    def corner(self) -> FloatArray:
+        """(2,) the map's corner with the least x and y in the export, metres."""
+        where = self.cost_map
+        low = where.bounds[1]
+        if self.turned_over:  # whole cells may reach beyond the map's bound
+            low += where.shape[0] * where.cell
+        return self.frame.to_metres([where.bounds[0], low])
+
+    def rows_upwards(self, cells: NDArray[Any]) -> NDArray[Any]:
+        """Rows of a map in the order of growing y of the export."""
+        return cells[::-1] if self.turned_over else cells
 
     @property
     def scale_m(self) -> float:
@@ -57,14 +90,15 @@ class ExportRequest:
             raise InputError("a plan to export", self.plan.reason, row=row, field="plan")
         return self.plan.points
 
-    def timed_path(self, spacing: float = 1.0) -> tuple[FloatArray, FloatArray]:
-        """Seconds (n,) at constant speed, and points (n, 2) in set units, `spacing` apart.
+    def timed_path(self, spacing: float | None = None) -> tuple[FloatArray, FloatArray]:
+        """Seconds (n,) at constant speed, and points (n, 2) in set units, `spacing` apart (by
+        default a hundredth of the map).
 
         The plan's own corners are among the points, so that the polyline is the plan.
         """
         from demospec.demonstrations import densify
 
-        points = densify(self.path, spacing)
+        points = densify(self.path, self.cost_map.extent / 100 if spacing is None else spacing)
         steps = np.hypot(*np.diff(points, axis=0).T) * self.scale_m
         return np.concatenate([[0.0], np.cumsum(steps)]) / self.speed_m_s, points
 
@@ -75,12 +109,21 @@ def export_request(
     type: str | None = None,
     envelope: Envelope = "upper",
     *,
-    resolution: float = 1.0,
+    resolution: float | None = None,
     symbols: Sequence[str] | None = None,
     planner: str = "grid",
     speed_m_s: float = SPEED_M_S,
+    axes: Frame | None = None,
 ) -> ExportRequest:
-    """Plans in one scene and bundles what exports need. Arguments as for `plan_path`."""
+    """Plans in one scene and bundles what exports need. Arguments as for `plan_path`.
+
+    Without a resolution the exported map's cells are at most a fifth of the smallest clearance
+    (1 mm at least).
+
+    Args:
+        axes: `DemonstrationSet.axes` of the set, perhaps with another name; by default what the
+            unit of the rules implies.
+    """
     if not (np.isfinite(speed_m_s) and speed_m_s > 0):
         raise InputError("a speed > 0 (m/s)", speed_m_s, field="speed")
     plan = plan_path(
@@ -89,4 +132,19 @@ def export_request(
     where = cost_map(rules, scene, type, envelope, resolution=resolution, symbols=symbols)
     # What the plan could not keep because of where it starts, no map may ask for.
     where = replace(where, zones=capped_zones(where.zones, plan.capped))
-    return ExportRequest(scene, where, plan, speed_m_s)
+    if resolution is None:
+        where = replace(where, cell=_fine_cell(where))
+    units = units_of(rules)
+    return ExportRequest(
+        scene, where, plan, speed_m_s, Frame.of_units(units) if axes is None else axes, units
+    )
+
+
+def _fine_cell(where: CostMap) -> float:
+    """Edge of a cell that shows the smallest clearance, set units."""
+    kept = [zone.radius for zone in where.zones if zone.radius > 0]
+    cell = min([where.cell, *(r / 5 for r in kept)])
+    if where.metres_per_unit is not None:
+        cell = min(max(cell, 0.001 / where.metres_per_unit), where.cell)
+    x0, y0, x1, y1 = where.bounds
+    return max(cell, float(np.sqrt((x1 - x0) * (y1 - y0) / MOST_CELLS)))

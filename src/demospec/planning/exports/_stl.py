@@ -40,7 +40,7 @@ def write_stl(request: ExportRequest, folder: Path) -> None:
     document: dict[str, Any] = {
         "formula": formula,
         "variables": variables,
-        "units": "set units (px)",
+        "units": request.units,
         "metres_per_unit": request.cost_map.metres_per_unit,
     }
     (folder / "rule.json").write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")

@@ -22,7 +22,7 @@ def rule_words(
     """
 
     def length(value: float) -> str:
-        return describe_length(round(value, 1), data.metres_per_unit, data.units)
+        return describe_length(value, data.metres_per_unit, data.units)
 
     def thing(symbol: str) -> str:
         return f"thing seen as {symbol}" if seen else symbol
