@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from fractions import Fraction
-from math import isqrt
+from math import floor, isqrt
 from typing import Any
 
 import numpy as np
@@ -34,18 +34,10 @@ def totals(problem: RuleProblem, radius: np.ndarray) -> tuple[np.ndarray, list[i
         names = problem.parameter_of[path.scene]
         points = [[Fraction(str(float(x))) for x in row] for row in path.points]
         dims = max((len(o.center) for o in objects), default=2)
-        steps = [
-            round_root(
-                problem.scale**2
-                * sum((a - b) ** 2 for a, b in zip(p[:dims], q[:dims], strict=True))
-            )
-            for p, q in itertools.pairwise(points)
-        ]
+        weights = arc_weights([point[:dims] for point in points])
         levels: list[int] = []
-        for j, point in enumerate(points):
-            weight = 1
-            if problem.weights == "arc":
-                weight = (steps[j - 1] if j else 0) + (steps[j] if j < len(steps) else 0)
+        for point, weight in zip(points, weights, strict=True):
+            weight = weight if problem.weights == "arc" else 1
             square = [
                 sum((p - Fraction(str(c))) ** 2 for p, c in zip(point, o.center, strict=False))
                 for o in objects
@@ -66,6 +58,27 @@ def totals(problem: RuleProblem, radius: np.ndarray) -> tuple[np.ndarray, list[i
             sums[:, i] += weight * chosen(problem.reading, square, active, cost)
         contact.append(min(levels) if levels else None)
     return sums, contact
+
+
+def arc_weights(points: list[list[Fraction]]) -> list[int]:
+    """Thousandths of a unit between each point's neighbours, positions rounded from the middle."""
+    along = [Fraction(0)]
+    for p, q in itertools.pairwise(points):
+        square = sum((a - b) ** 2 for a, b in zip(p, q, strict=True))
+        along.append(along[-1] + Fraction(round_root(10**18 * square), 10**9))
+    middle = along[-1] / 2
+    rounded = [
+        (floor(1000 * abs(s - middle) + Fraction(1, 2)) if s > middle else
+         -floor(1000 * abs(s - middle) + Fraction(1, 2)))
+        for s in along
+    ]  # fmt: skip
+    ends = [rounded[0], *rounded, rounded[-1]]
+    return [after - before for before, after in zip(ends, ends[2:], strict=False)]
+
+
+def unit_of(problem: RuleProblem) -> int:
+    """One F_max in what sums are counted in."""
+    return problem.scale * (2000 if problem.weights == "arc" else 1)
 
 
 def pixel_answer(problem: RuleProblem) -> dict[str, Any]:
@@ -161,7 +174,7 @@ def contradictions(problem: RuleProblem) -> tuple[np.ndarray, np.ndarray]:
     radii = sets[:, 1:] + sets[:, :1]
     unique, inverse = np.unique(radii, axis=0, return_inverse=True)
     sums, contact = totals(problem, unique)
-    limit = problem.scale * problem.F_max * (2 * problem.scale if problem.weights == "arc" else 1)
+    limit = unit_of(problem) * problem.F_max
     wrong = np.zeros((len(sets), len(problem.trajectories)), dtype=bool)
     for i, path in enumerate(problem.trajectories):
         heavy = (sums[:, i] >= limit).astype(bool)[inverse.ravel()]

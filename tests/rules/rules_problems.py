@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from rules_oracle import PENALTIES, READINGS, totals
+from rules_oracle import PENALTIES, READINGS, totals, unit_of
 
 from demospec.rules import (
     Bounds,
@@ -122,7 +122,7 @@ def labelled(problem: RuleProblem, rng: np.random.Generator, flip: float) -> Rul
     K = len(problem.parameters)
     radii = T + rng.integers(bounds.T_object[0], bounds.T_object[1] + 1, K)
     sums, contact = totals(problem, radii[None].astype(np.int64))
-    unit = problem.scale * (2 * problem.scale if problem.weights == "arc" else 1)
+    unit = unit_of(problem)
     free = sorted(
         int(s) // unit
         for s, c in zip(sums[0], contact, strict=True)

@@ -8,12 +8,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from rules_oracle import answer_from_sets, assert_same, consistent_sets, contradictions, totals
+from rules_oracle import (
+    answer_from_sets,
+    assert_same,
+    consistent_sets,
+    contradictions,
+    totals,
+    unit_of,
+)
 from rules_problems import pixel_problem, random_problem
 
-import demospec.rules.influence.engines._exact as exact
-import demospec.rules.influence.engines._min_violations as tolerant
-import demospec.rules.influence.engines._min_violations_grid as grid
 from demospec.errors import InputError
 from demospec.rules import (
     Bounds,
@@ -27,25 +31,25 @@ from demospec.rules import (
     minimal_conflict,
     solve,
 )
-from demospec.rules.influence._label_noise import slack_of
+from demospec.rules.influence import Effort, slack_of, solve_tolerant
+
+SEARCHED = Effort(sweep_cells=-1, grid_cells=0)
+"""Nothing is swept and nothing counted cell by cell: boxes are searched."""
 
 
 @pytest.fixture(params=["counted", "searched"])
-def way(request, monkeypatch):
-    if request.param == "searched":
-        monkeypatch.setattr(grid, "GRID_CELLS", 0)
-        monkeypatch.setattr(exact, "SWEEP_CELLS", -1)
-    return request.param
+def effort(request):
+    return SEARCHED if request.param == "searched" else Effort()
 
 
-def test_a_conflict_is_a_conflict_and_minimal(way):
+def test_a_conflict_is_a_conflict_and_minimal(effort):
     seen = 0
     for seed in range(60):
         problem = random_problem(seed, flip=0.3)
         if len(consistent_sets(problem)):
             continue
         seen += 1
-        conflict = solve(problem).conflict
+        conflict = solve(problem, effort=effort).conflict
         assert conflict
         assert len(consistent_sets(problem.subset(conflict))) == 0
         for i in conflict:
@@ -62,12 +66,12 @@ def test_a_consistent_problem_has_no_conflict():
             assert solve(problem).conflict is None
 
 
-def test_a_tolerant_fit_contradicts_fewest(way):
+def test_a_tolerant_fit_contradicts_fewest(effort):
     for seed in range(40):
         problem = random_problem(seed, flip=0.3)
         sets, wrong = contradictions(problem)
         fewest = wrong.sum(axis=1).min()
-        answer = tolerant.solve_tolerant(problem, math.inf, 10**6, label_noise=0.0)
+        answer = solve_tolerant(problem, math.inf, 10**6, label_noise=0.0, effort=effort)
         assert answer.contradicted is not None
         assert len(answer.contradicted) == answer.allowed == fewest, seed
         assert_same(answer, answer_from_sets(sets[wrong.sum(axis=1) == fewest]), f"seed {seed}")
@@ -91,13 +95,13 @@ def two_scenes():
 
 
 @pytest.mark.parametrize("label_noise", [0.05, 0.2])
-def test_a_tolerant_envelope_holds_all_that_contradict_few_enough(way, label_noise):
+def test_a_tolerant_envelope_holds_all_that_contradict_few_enough(effort, label_noise):
     problems = [random_problem(seed, flip=0.2) for seed in range(8)]
     for seed, problem in enumerate([*problems, *two_scenes()]):
         sets, wrong = contradictions(problem)
         count = wrong.sum(axis=1)
         slack = slack_of(label_noise, len(problem.parameters))
-        answer = solve(problem, tolerant=True, listed=10**6, label_noise=label_noise)
+        answer = solve(problem, tolerant=True, listed=10**6, label_noise=label_noise, effort=effort)
         assert answer.allowed == count.min() + min(slack, len(problem.trajectories))
         assert_same(answer, answer_from_sets(sets[count <= answer.allowed]), f"seed {seed}")
         # The exact smallest number, and its own envelope, stand beside it.
@@ -177,7 +181,7 @@ def joint_truth(problem):
     ranges += [range(bounds.T_object[0], bounds.T_object[1] + 1)] * len(problem.parameters)
     sets = np.array(list(itertools.product(*ranges)), dtype=np.int64)
     sums, contact = totals(problem, sets[:, 1:] + sets[:, :1])
-    unit = problem.scale * (2 * problem.scale if problem.weights == "arc" else 1)
+    unit = unit_of(problem)
     kept, least, most = [], [], []
     for values, row in zip(sets, sums, strict=True):
         low, high, good = 1, math.inf, True
@@ -245,13 +249,12 @@ def test_unknown_F_max_without_objects():
     assert identify_F_max(RuleProblem(empty, bad, None, bounds=bounds)).status == "infeasible"
 
 
-def test_a_tolerant_fit_stopped_at_once_gives_the_best_it_knows(monkeypatch):
+def test_a_tolerant_fit_stopped_at_once_gives_the_best_it_knows():
     """Unproven, so named a time-out; what it says it contradicts is what it contradicts."""
-    monkeypatch.setattr(tolerant, "small", lambda *args: False)
     clean = pixel_problem(5)
     paths = [replace(p, valid=p.valid ^ (i % 4 == 0)) for i, p in enumerate(clean.trajectories)]
     problem = replace(clean, trajectories=tuple(paths))
-    answer = tolerant.solve_tolerant(problem, -math.inf, 10, 0.0)
+    answer = solve_tolerant(problem, -math.inf, 10, 0.0, SEARCHED)
     assert answer.status == "timeout"
     assert answer.min is not None
     assert answer.min == answer.max

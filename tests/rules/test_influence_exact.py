@@ -12,19 +12,16 @@ import pytest
 from rules_oracle import answer_of, assert_same, pixel_answer
 from rules_problems import pixel_problem, random_problem
 
-import demospec.rules.influence.engines._exact as exact
 from demospec.rules import Bounds, RuleObject, RuleProblem, RuleScene, RuleTrajectory, solve
-from demospec.rules.influence.engines._cp_sat import ENUMERATED
+from demospec.rules.influence import ENUMERATED, Effort
 
 DATA = Path(__file__).parent / "data"
 
 
 @pytest.fixture(params=["sweep", "search"])
-def way(request, monkeypatch):
+def effort(request):
     """Both ways of the exact engine: whatever can be swept, or everything searched."""
-    if request.param == "search":
-        monkeypatch.setattr(exact, "SWEEP_CELLS", -1)
-    return request.param
+    return Effort(sweep_cells=-1) if request.param == "search" else Effort()
 
 
 def test_the_small_example_has_its_answer():
@@ -37,18 +34,20 @@ def test_the_small_example_has_its_answer():
 
 
 @pytest.mark.parametrize("part", range(4))
-def test_exact_agrees_with_brute_force(way, part):
+def test_exact_agrees_with_brute_force(effort, part):
     for seed in range(60 * part, 60 * part + 60):
         problem = random_problem(seed)
-        assert_same(solve(problem, listed=10**6), answer_of(problem), f"seed {seed}")
+        answer = solve(problem, listed=10**6, effort=effort)
+        assert_same(answer, answer_of(problem), f"seed {seed}")
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("part", range(8))
-def test_exact_agrees_with_brute_force_on_two_thousand(way, part):
+def test_exact_agrees_with_brute_force_on_two_thousand(effort, part):
     for seed in range(1000 + 250 * part, 1250 + 250 * part):
         problem = random_problem(seed)
-        assert_same(solve(problem, listed=10**6), answer_of(problem), f"seed {seed}")
+        answer = solve(problem, listed=10**6, effort=effort)
+        assert_same(answer, answer_of(problem), f"seed {seed}")
 
 
 @pytest.mark.parametrize("reading", ["sum", "nearest", "nearest_active", "max_active", "first"])
@@ -109,13 +108,13 @@ def _table_problem(T_least, T_most, cap=None):
         (48, 52, None, (152, 152), 1, ("a", "b")),
     ],
 )
-def test_the_papers_table(way, least, most, cap, radii, ties, bound):
+def test_the_papers_table(effort, least, most, cap, radii, ties, bound):
     """(36)59 / (37)135 / (37)159 and so on: (at the least L) at the greatest L.
 
     T_min, then the radii T_min + T_object. Every T_object is 1 at the minimum and all but one
     are 100 at the maximum: the bounds [1, 100] set them, and the answer says so.
     """
-    answer = solve(_table_problem(least, most, cap))
+    answer = solve(_table_problem(least, most, cap), effort=effort)
     assert answer.min == (least, 1, 1)
     assert answer.max is not None
     assert answer.max[0] == most
@@ -128,11 +127,11 @@ def test_the_papers_table(way, least, most, cap, radii, ties, bound):
     assert answer.hull_T_min == (least, most)
 
 
-def test_ties_are_listed_up_to_the_limit_with_the_printed_one_first(way):
+def test_ties_are_listed_up_to_the_limit_with_the_printed_one_first(effort):
     problem = _table_problem(36, 59, 135)
-    every = solve(problem)
+    every = solve(problem, effort=effort)
     for limit in (1, 5):
-        answer = solve(problem, listed=limit)
+        answer = solve(problem, listed=limit, effort=effort)
         assert answer.n_optima_max == 24
         assert answer.optima_max == every.optima_max[:limit]
         assert answer.max == answer.optima_max[0]

@@ -7,7 +7,6 @@ import pytest
 import rules_oracle
 from rules_problems import pixel_problem, random_problem
 
-import demospec.rules.influence.engines._exact as exact
 from demospec.errors import InputError
 from demospec.rules import (
     Bounds,
@@ -17,6 +16,7 @@ from demospec.rules import (
     threshold_grid,
     width_curve,
 )
+from demospec.rules.influence import Effort
 
 
 @pytest.mark.parametrize("seed", [0, 1, *range(4, 12)])
@@ -61,17 +61,17 @@ def test_width_falls_with_the_number_of_demonstrations():
 
 
 @pytest.mark.parametrize("cells", [20_000_000, -1])
-def test_consistent_sets_are_listed_in_full(cells, monkeypatch):
-    monkeypatch.setattr(exact, "SWEEP_CELLS", cells)
+def test_consistent_sets_are_listed_in_full(cells):
+    effort = Effort(sweep_cells=cells)
     for seed in range(40):
         problem = random_problem(seed)
         truth = rules_oracle.consistent_sets(problem)
-        found = consistent_sets(problem)
+        found = consistent_sets(problem, effort=effort)
         assert found.complete
         assert found.total == len(truth)
         assert np.array_equal(found.sets, truth)
         if len(truth) > 10:
-            drawn = consistent_sets(problem, most=5, sample=30)
+            drawn = consistent_sets(problem, most=5, sample=30, effort=effort)
             assert not drawn.complete
             assert {*map(tuple, drawn.sets.tolist())} <= {*map(tuple, truth.tolist())}
 

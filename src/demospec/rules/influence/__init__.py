@@ -1,1 +1,47 @@
-"""The influence family (the paper's): T_min, T_object and F_max; problems, rules and answers."""
+"""The influence family (the paper's): T_min, T_object and F_max; problems, rules and answers.
+
+Names load their module on first use. Those that users need stand in `demospec.rules`.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from demospec._lazy import names_of
+
+if TYPE_CHECKING:
+    from demospec.rules.influence._check import WrongAnswerError, check_answer, contradicted
+    from demospec.rules.influence._label_noise import LABEL_NOISE, slack_of
+    from demospec.rules.influence._solve import CpSatEngine, ExactEngine, InfluenceEngine
+    from demospec.rules.influence.engines._effort import ENUMERATED, Effort
+    from demospec.rules.influence.engines._min_violations import solve_tolerant
+
+__all__ = [
+    "CpSatEngine",
+    "ENUMERATED",
+    "Effort",
+    "ExactEngine",
+    "InfluenceEngine",
+    "LABEL_NOISE",
+    "WrongAnswerError",
+    "check_answer",
+    "contradicted",
+    "slack_of",
+    "solve_tolerant",
+]
+
+_HOME = {
+    "CpSatEngine": "_solve",
+    "ENUMERATED": "engines._effort",
+    "Effort": "engines._effort",
+    "ExactEngine": "_solve",
+    "InfluenceEngine": "_solve",
+    "LABEL_NOISE": "_label_noise",
+    "WrongAnswerError": "_check",
+    "check_answer": "_check",
+    "contradicted": "_check",
+    "slack_of": "_label_noise",
+    "solve_tolerant": "engines._min_violations",
+}
+
+__getattr__ = names_of(__name__, _HOME)

@@ -9,6 +9,7 @@ import numpy as np
 
 from demospec.rules.influence._problem import RuleProblem
 from demospec.rules.influence.engines._branch_and_bound import LEAST_T, Search
+from demospec.rules.influence.engines._effort import EFFORT, Effort
 from demospec.rules.influence.engines._enumerate import sweep
 from demospec.rules.influence.engines._exact import joined_rows, point_rows, sweepable
 from demospec.rules.influence.engines._presolve import contact_domain, tighten, whole_domain
@@ -17,7 +18,10 @@ from demospec.rules.influence.engines._step_functions import StepProblem, restri
 
 
 def minimal_conflict(
-    problem: RuleProblem, deadline: float = math.inf, steps: StepProblem | None = None
+    problem: RuleProblem,
+    deadline: float = math.inf,
+    steps: StepProblem | None = None,
+    effort: Effort = EFFORT,
 ) -> tuple[int, ...] | None:
     """Trajectories that no parameters satisfy together, of which none can be left out.
 
@@ -33,9 +37,9 @@ def minimal_conflict(
     known = step_problem(problem) if steps is None else steps
     n = len(problem.trajectories)
     try:
-        if n == 0 or feasible(known, np.ones(n, dtype=bool), deadline):
+        if n == 0 or feasible(known, np.ones(n, dtype=bool), deadline, effort):
             return None
-        return tuple(sorted(_explain(known, [], list(range(n)), False, n, deadline)))
+        return tuple(sorted(_explain(known, [], list(range(n)), False, n, deadline, effort)))
     except TimeoutError:
         return None
 
@@ -47,15 +51,16 @@ def _explain(
     changed: bool,
     n: int,
     deadline: float,
+    effort: Effort,
 ) -> list[int]:
-    if changed and not feasible(steps, _mask(base, n), deadline):
+    if changed and not feasible(steps, _mask(base, n), deadline, effort):
         return []
     if len(doubtful) == 1:
         return doubtful
     half = len(doubtful) // 2
     first, second = doubtful[:half], doubtful[half:]
-    from_second = _explain(steps, base + first, second, bool(first), n, deadline)
-    from_first = _explain(steps, base + from_second, first, bool(from_second), n, deadline)
+    from_second = _explain(steps, base + first, second, bool(first), n, deadline, effort)
+    from_first = _explain(steps, base + from_second, first, bool(from_second), n, deadline, effort)
     return from_first + from_second
 
 
@@ -65,7 +70,9 @@ def _mask(indices: list[int], n: int) -> BoolArray:
     return mask
 
 
-def feasible(steps: StepProblem, keep: BoolArray, deadline: float = math.inf) -> bool:
+def feasible(
+    steps: StepProblem, keep: BoolArray, deadline: float = math.inf, effort: Effort = EFFORT
+) -> bool:
     """Whether some parameters agree with the trajectories kept.
 
     Raises:
@@ -78,10 +85,10 @@ def feasible(steps: StepProblem, keep: BoolArray, deadline: float = math.inf) ->
     domain = whole_domain(part) if part.separable else contact_domain(part)
     bounds = part.problem.bounds.T_object
     if part.separable:
-        components = tighten(part, domain, part.limit)
+        components = tighten(part, domain, part.limit, effort)
         if components is None:
             return False
-        if sweepable(components, domain):
+        if sweepable(components, domain, effort):
             T = np.arange(domain.T[0], domain.T[1] + 1)
             alive = np.ones(len(T), dtype=bool)
             for component in components:

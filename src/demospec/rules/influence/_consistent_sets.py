@@ -15,6 +15,7 @@ from demospec.rules.influence._problem import RuleProblem
 from demospec.rules.influence.engines._arithmetic import IntArray
 from demospec.rules.influence.engines._boxes import Boxes, tie
 from demospec.rules.influence.engines._branch_and_bound import Search
+from demospec.rules.influence.engines._effort import EFFORT, Effort
 from demospec.rules.influence.engines._enumerate import sweep
 from demospec.rules.influence.engines._exact import joined_rows, point_rows, sweepable
 from demospec.rules.influence.engines._presolve import (
@@ -49,6 +50,7 @@ def consistent_sets(
     sample: int = 4096,
     seed: int = 0,
     time_limit_s: float | None = 10.0,
+    effort: Effort = EFFORT,
 ) -> ConsistentSets:
     """All consistent parameter sets, or a sample where they are more than `most`.
 
@@ -69,10 +71,10 @@ def consistent_sets(
     nothing = ConsistentSets(np.zeros((0, 1 + count), dtype=np.int64), True, 0)
     deadline = time.monotonic() + (math.inf if time_limit_s is None else time_limit_s)
     if steps.separable:
-        components = tighten(steps, domain, steps.limit)
+        components = tighten(steps, domain, steps.limit, effort)
         if components is None:
             return nothing
-        if sweepable(components, domain):
+        if sweepable(components, domain, effort):
             total, found = _swept(steps, components, domain, most)
             if found is not None:
                 return ConsistentSets(found, True, total)

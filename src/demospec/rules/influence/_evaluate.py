@@ -15,7 +15,13 @@ from math import floor, isqrt
 
 from demospec.errors import InputError
 from demospec.rules.constraints._point_features import feature_named
-from demospec.rules.influence._problem import RuleObject, RuleProblem, RuleTrajectory
+from demospec.rules.influence._problem import (
+    ARC_FINE,
+    ARC_QUANTA,
+    RuleObject,
+    RuleProblem,
+    RuleTrajectory,
+)
 
 
 @dataclass(frozen=True)
@@ -24,7 +30,8 @@ class TrajectoryVerdict:
 
     Args:
         contact: A point lies within T_min of an object ("inf" in the paper).
-        total: Σ f(p_i) in units of 1/scale (and 1/(2·scale) of length where weights are arc).
+        total: Σ f(p_i) in 1/scale (and half thousandths of a unit of length where weights are
+            arc).
         limit: F_max in the same units.
     """
 
@@ -49,17 +56,12 @@ def evaluate_rule(
     Raises:
         InputError: A parameter is missing, or F_max is unknown.
     """
-    if problem.F_max is None:
-        raise InputError("a known F_max", "null", field="F_max")
     missing = [name for name in problem.parameters if name not in T_object]
     if missing:
         raise InputError(
             "a T_object for every parameter", f"none for {missing[0]}", field="T_object"
         )
-    limit = problem.scale * problem.F_max
-    if problem.weights == "arc":
-        limit *= 2 * problem.scale
-    return tuple(_verdict(problem, path, T_min, T_object, limit) for path in problem.trajectories)
+    return tuple(evaluate_path(problem, path, T_min, T_object) for path in problem.trajectories)
 
 
 def consistent(problem: RuleProblem, T_min: int, T_object: Mapping[str, int]) -> bool:
@@ -68,34 +70,41 @@ def consistent(problem: RuleProblem, T_min: int, T_object: Mapping[str, int]) ->
     return all(v.valid == p.valid for v, p in zip(verdicts, problem.trajectories, strict=True))
 
 
-def _verdict(
-    problem: RuleProblem,
-    path: RuleTrajectory,
-    T_min: int,
-    T_object: Mapping[str, int],
-    limit: int,
+def evaluate_path(
+    problem: RuleProblem, path: RuleTrajectory, T_min: int, T_object: Mapping[str, int]
 ) -> TrajectoryVerdict:
+    """The verdict on one trajectory of a problem under one parameter set."""
+    if problem.F_max is None:
+        raise InputError("a known F_max", "null", field="F_max")
     scene = problem.scenes[path.scene]
     radius = [T_min + T_object[problem.parameters[k]] for k in problem.parameter_of[path.scene]]
     points = [[_exact(x) for x in row] for row in path.points.tolist()]
-    width = max((len(item.center) for item in scene.objects), default=2)
-    lengths = [
-        _round(
-            problem.scale**2
-            * sum(((a - b) ** 2 for a, b in zip(p[:width], q[:width], strict=True)), Fraction(0))
-        )
-        for p, q in itertools.pairwise(points)
-    ]
+    weights = [1] * len(points)
+    if problem.weights == "arc":
+        weights = _arc_weights(points, max((len(item.center) for item in scene.objects), default=2))
     contact, total = False, 0
-    for i, point in enumerate(points):
+    for point, weight in zip(points, weights, strict=True):
         squares = [_square(item, point) for item in scene.objects]
         if any(square <= T_min**2 for square in squares):
             contact = True
-        cost = _cost(problem, squares, radius)
-        if problem.weights == "arc":
-            cost *= sum(lengths[max(i - 1, 0) : i + 1])
-        total += cost
-    return TrajectoryVerdict(contact, total, limit)
+        total += weight * _cost(problem, squares, radius)
+    return TrajectoryVerdict(contact, total, problem.unit * problem.F_max)
+
+
+def _arc_weights(points: list[list[Fraction]], width: int) -> list[int]:
+    """Per point, the positions of its neighbours apart, in thousandths of a unit.
+
+    Each step's length is rounded to 1e-9 of a unit; positions from the path's middle are rounded
+    to 1e-3, halves away from the middle. So the direction of travel does not matter.
+    """
+    position = [0]
+    for p, q in itertools.pairwise(points):
+        square = sum(((a - b) ** 2 for a, b in zip(p[:width], q[:width], strict=True)), Fraction(0))
+        position.append(position[-1] + _round((ARC_QUANTA * ARC_FINE) ** 2 * square))
+    middle = [2 * x - position[-1] for x in position]
+    whole = [(abs(x) + ARC_FINE) // (2 * ARC_FINE) * (1 if x > 0 else -1) for x in middle]
+    last = len(whole) - 1
+    return [whole[min(i + 1, last)] - whole[max(i - 1, 0)] for i in range(len(whole))]
 
 
 def _cost(problem: RuleProblem, squares: list[Fraction], radius: list[int]) -> int:

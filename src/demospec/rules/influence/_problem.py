@@ -43,6 +43,12 @@ PRESETS: Mapping[str, Mapping[str, str]] = {
 }
 """``physical``: deeper costs more, and the sampling rate does not matter."""
 
+ARC_QUANTA = 1_000
+"""Quanta of length in one unit: positions along a path are rounded to them (weights arc)."""
+
+ARC_FINE = 1_000_000
+"""Parts of a quantum to which each step's length is rounded before positions are summed."""
+
 MAX_BOUND = 100_000
 
 MAX_COORDINATE = 1e15
@@ -124,7 +130,11 @@ class RuleProblem:
             disc holds it (`nearest_active`); the one that costs most (`max_active`); the
             first in the list of objects (`first`).
         penalty: d (`distance`, as in the paper), r_k − d (`hinge`), or 1 (`count`).
-        weights: Points alike, or each by half the length of path beside it (`arc`).
+        weights: Points alike, or each by half the length of path beside it (`arc`). Positions
+            along the path, measured from its middle, are rounded half up in size to 1/1000 of a
+            unit, whatever `scale` and the sampling rate are; a point's weight is the difference
+            of its neighbours' positions. So the weights of a stretch of path add up to its
+            length within 1/1000, however many points it has.
         thresholds: One T_object per object (`instance`) or per class (`class`).
         bounds: Domains of T_min and T_object.
     """
@@ -199,6 +209,11 @@ class RuleProblem:
             if not _moderate(path.points):
                 row = int(np.flatnonzero(~(np.abs(path.points) <= MAX_COORDINATE).all(axis=1))[0])
                 raise InputError(_FINITE, path.points[row].tolist(), field=f"{where}.points[{row}]")
+
+    @property
+    def unit(self) -> int:
+        """One F_max in what sums are counted in: 1/scale, times half quanta of length for `arc`."""
+        return self.scale if self.weights == "points" else 2 * ARC_QUANTA * self.scale
 
     @property
     def monotone(self) -> bool:

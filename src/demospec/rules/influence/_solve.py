@@ -1,37 +1,99 @@
-"""One function in front of all engines of the influence family."""
+"""Solving a rule problem: one function in front of all engines of the influence family."""
 
 from __future__ import annotations
 
 import math
 import time
-from dataclasses import replace
-from typing import Literal, get_args
+from dataclasses import dataclass, replace
+from typing import Literal, Protocol, get_args
 
 from demospec.errors import InputError
 from demospec.rules.influence._answer import InfluenceAnswer
+from demospec.rules.influence._check import check_answer
 from demospec.rules.influence._label_noise import LABEL_NOISE, slack_of
 from demospec.rules.influence._problem import RuleProblem
+from demospec.rules.influence.engines._effort import EFFORT, Effort
 from demospec.rules.influence.engines._exact import solve_exact
 from demospec.rules.influence.engines._step_functions import step_problem
 
 Engine = Literal["auto", "direct", "step", "exact"]
 
 
+class InfluenceEngine(Protocol):
+    """Whatever answers a rule problem; what it answers is checked all the same."""
+
+    def answer(
+        self, problem: RuleProblem, listed: int, deadline: float, seed: int
+    ) -> InfluenceAnswer:
+        """Optima, ties, hull and count of a problem with known F_max.
+
+        Args:
+            listed: How many optima are listed at either end.
+            deadline: On `time.monotonic`'s clock.
+            seed: Random seed, where the engine draws.
+        """
+        ...
+
+
+@dataclass(frozen=True)
+class ExactEngine:
+    """Sweeps and searches step functions: every reading, no solver."""
+
+    effort: Effort = EFFORT
+
+    def answer(
+        self,
+        problem: RuleProblem,
+        listed: int,
+        deadline: float,
+        seed: int,
+    ) -> InfluenceAnswer:
+        """See `InfluenceEngine`."""
+        return solve_exact(step_problem(problem), listed, deadline, effort=self.effort)
+
+
+@dataclass(frozen=True)
+class CpSatEngine:
+    """OR-tools CP-SAT, by point (``direct``, as the paper writes it) or by step function.
+
+    Needs the extra ``cpsat``.
+    """
+
+    encoding: Literal["direct", "step"]
+
+    def answer(
+        self, problem: RuleProblem, listed: int, deadline: float, seed: int
+    ) -> InfluenceAnswer:
+        """See `InfluenceEngine`.
+
+        Raises:
+            MissingExtraError: OR-tools is not installed.
+            InputError: The reading does not separate into step functions (encoding step).
+        """
+        from demospec.rules.influence.engines._cp_sat import solve_encoding
+        from demospec.rules.influence.engines._cp_sat_direct import encode_direct
+        from demospec.rules.influence.engines._cp_sat_steps import encode_steps
+
+        encode = encode_direct if self.encoding == "direct" else encode_steps
+        return solve_encoding(encode(problem), problem, self.encoding, deadline, seed, listed)
+
+
 def solve(
     problem: RuleProblem,
-    engine: Engine = "auto",
+    engine: Engine | InfluenceEngine = "auto",
     time_limit_s: float | None = None,
     tolerant: bool = False,
     seed: int = 0,
     listed: int = 1000,
     label_noise: float = LABEL_NOISE,
+    effort: Effort = EFFORT,
 ) -> InfluenceAnswer:
     """All that the demonstrations say about (T_min, T_object-k): optima, ties, hull, count.
 
     Args:
         engine: ``exact`` sweeps and searches step functions; ``step`` and ``direct`` are
             CP-SAT encodings (`step` for readings that separate); ``auto`` takes the fastest
-            that is exact for the reading, which is ``exact``.
+            that is exact for the reading, which is ``exact``. Or an engine of one's own.
         time_limit_s: Seconds; None for no limit. When they are over, the status is
             ``timeout``.
         tolerant: Labels may be wrong. Contradict as few demonstrations as possible; the
@@ -40,24 +102,32 @@ def solve(
         listed: How many optima are listed at either end; all are counted.
         label_noise: Of a tolerant answer: the share of labels taken to be wrong; 0 for the
             parameters that contradict fewest, and no others.
+        effort: Limits of the exact engine.
 
     Raises:
         InputError: F_max is unknown (see `identify_F_max`), or an engine that there is not.
+        MissingExtraError: ``step`` or ``direct`` without the extra ``cpsat``.
+        WrongAnswerError: The answer's own optima fail the plain evaluator: our failure.
     """
     began = time.monotonic()
     if problem.F_max is None:
         raise InputError("a known F_max (or identify_F_max)", "null", field="F_max")
-    if engine not in get_args(Engine):
-        raise InputError(f"one of {', '.join(get_args(Engine))}", engine, field="engine")
     deadline = began + (math.inf if time_limit_s is None else time_limit_s)
-    if engine in ("direct", "step"):
-        answer = _by_cpsat(problem, engine, deadline, seed, listed)
-    else:
-        answer = solve_exact(step_problem(problem), listed, deadline)
+    answer = _engine(engine, effort).answer(problem, listed, deadline, seed)
     wide = tolerant and slack_of(label_noise, len(problem.parameters)) > 0
     if answer.status == "infeasible" or (wide and answer.status == "optimal"):
-        answer = _contradiction(problem, answer, tolerant, deadline, listed, label_noise)
-    return answer.timed(time.monotonic() - began)
+        answer = _contradiction(problem, answer, tolerant, deadline, listed, label_noise, effort)
+    return check_answer(problem, answer).timed(time.monotonic() - began)
+
+
+def _engine(engine: Engine | InfluenceEngine, effort: Effort) -> InfluenceEngine:
+    if not isinstance(engine, str):
+        return engine
+    if engine not in get_args(Engine):
+        raise InputError(f"one of {', '.join(get_args(Engine))}", engine, field="engine")
+    if engine == "direct" or engine == "step":
+        return CpSatEngine(engine)
+    return ExactEngine(effort)
 
 
 def _contradiction(
@@ -67,22 +137,12 @@ def _contradiction(
     deadline: float,
     listed: int,
     label_noise: float,
+    effort: Effort,
 ) -> InfluenceAnswer:
-    """What to say where no parameters agree: a tolerant fit, or who contradicts whom."""
+    """Where no parameters agree: a tolerant fit, or a minimal conflict."""
     from demospec.rules.influence._conflict import minimal_conflict
     from demospec.rules.influence.engines._min_violations import solve_tolerant
 
     if tolerant:
-        return solve_tolerant(problem, deadline, listed, label_noise)
-    return replace(answer, conflict=minimal_conflict(problem, deadline))
-
-
-def _by_cpsat(
-    problem: RuleProblem, engine: str, deadline: float, seed: int, listed: int
-) -> InfluenceAnswer:
-    from demospec.rules.influence.engines._cp_sat import solve_encoding
-    from demospec.rules.influence.engines._cp_sat_direct import encode_direct
-    from demospec.rules.influence.engines._cp_sat_steps import encode_steps
-
-    encoding = encode_direct(problem) if engine == "direct" else encode_steps(problem)
-    return solve_encoding(encoding, problem, engine, deadline, seed, listed)
+        return solve_tolerant(problem, deadline, listed, label_noise, effort)
+    return replace(answer, conflict=minimal_conflict(problem, deadline, effort=effort))

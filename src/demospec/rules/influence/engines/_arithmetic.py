@@ -1,4 +1,4 @@
-"""From points to whole numbers, exactly: which radius takes a point in, and what it costs.
+"""Exact arithmetic from points to whole numbers: levels, penalties and weights of points.
 
 A coordinate means the shortest decimal that reads back as the same double, so 3.1 − 0.1 is 3.
 Almost every distance is settled in floating point with a bound on its error; the few within
@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from demospec.frames import FloatArray
 from demospec.rules.constraints._point_features import feature_named
-from demospec.rules.influence._problem import RuleObject
+from demospec.rules.influence._problem import ARC_FINE, ARC_QUANTA, RuleObject
 
 IntArray = NDArray[np.int64]
 
@@ -179,22 +179,58 @@ class Batch:
             level_int, penalty_int = level_int[inside], penalty_int[inside]
         return Reached(index, level_int, penalty_int, value, error)
 
-    def lengths(self, dimensions: int, scale: int) -> IntArray:
-        """(n − 1,) round_half_up(scale · length) of the steps between successive points."""
-        steps = np.diff(self.points[:, :dimensions], axis=0)
+    def arc_weights(self, sizes: IntArray, dimensions: int) -> IntArray:
+        """(n,) length of path that belongs to each point, twice, in 1/1000 of a unit.
+
+        Args:
+            sizes: Points of each path of the batch, in order.
+            dimensions: Leading coordinates that length is taken in.
+
+        Positions from the middle of a path are rounded, so that a stretch of many points weighs
+        what it weighs with few. At most 2^53: no penalty limit reaches it.
+        """
+        ends = np.cumsum(sizes)
+        starts = ends - sizes
+        steps: Any = self._fine_lengths(dimensions)
+        steps[ends[:-1] - 1] = 0  # no step leads from one path to the next
+        position = np.concatenate([np.zeros(1, dtype=steps.dtype), np.cumsum(steps)])
+        first, last = (np.repeat(position[at], sizes) for at in (starts, ends - 1))
+        middle = 2 * position - first - last
+        size = (np.abs(middle) + ARC_FINE) // (2 * ARC_FINE)
+        whole = np.where(middle > 0, size, -size)
+        before, after = np.roll(whole, 1), np.roll(whole, -1)
+        before[starts], after[ends - 1] = whole[starts], whole[ends - 1]
+        weight: IntArray = np.minimum(after - before, 2**53).astype(np.int64)
+        return weight
+
+    def _fine_lengths(self, dimensions: int) -> NDArray[Any]:
+        """(n − 1,) steps between successive points in 1e-9 of a unit, rounded half up."""
+        fine = ARC_QUANTA * ARC_FINE
+        if len(self.points) * 4 * self.largest * fine >= 2**62:  # beyond 64 bits
+            pairs = range(len(self.points) - 1)
+            return np.array([self._exact_length(j, dimensions) for j in pairs], dtype=object)
+        on_grid = self.quantum is not None and self.largest * self.quantum < 2**24
+        if on_grid:  # squares are exact
+            steps = np.diff(np.stack(self.columns[:dimensions], axis=1), axis=0)
+        else:
+            steps = np.diff(self.points[:, :dimensions], axis=0)
         value = np.sqrt((steps**2).sum(axis=1))
-        # No penalty limit reaches 2^53: a longer step counts as that.
-        scaled = np.minimum(value * scale, 2.0**53)
+        if on_grid and self.quantum is not None:
+            value /= self.quantum
+        scaled = value * fine
         rounded: IntArray = np.floor(scaled + 0.5).astype(np.int64)
-        slack = 16 * _EPS * scale * (2 * self.largest) + 8 * _EPS * (scaled + 1)
-        doubtful = np.abs(scaled + 0.5 - np.rint(scaled + 0.5)) <= slack
-        if self.quantum == 1 and scale * self.largest < 2**21:
-            return rounded
-        for j in np.flatnonzero(doubtful & (scaled < 2.0**53)):
-            pairs = zip(self.points[j, :dimensions], self.points[j + 1, :dimensions], strict=True)
-            square = sum(((_decimal(a) - _decimal(b)) ** 2 for a, b in pairs), Fraction(0))
-            rounded[j] = exact_penalty(square, scale)
+        slack = 8 * _EPS * (scaled + 1)
+        if not on_grid:
+            # Coordinates are off by half an ulp each from the decimals they stand for.
+            slack += 8 * _EPS * self.largest * fine
+        for j in np.flatnonzero(np.abs(scaled - np.floor(scaled) - 0.5) <= slack):
+            rounded[j] = self._exact_length(int(j), dimensions)
         return rounded
+
+    def _exact_length(self, j: int, dimensions: int) -> int:
+        pairs = zip(self.points[j, :dimensions], self.points[j + 1, :dimensions], strict=True)
+        square = sum(((_decimal(a) - _decimal(b)) ** 2 for a, b in pairs), Fraction(0))
+        return exact_penalty(square, ARC_QUANTA * ARC_FINE)
 
 
 @lru_cache(maxsize=8)

@@ -1,4 +1,4 @@
-"""What both CP-SAT encodings share: variables, optima, hull, ties and count by solving.
+"""CP-SAT for both encodings: variables, and optima, hull, ties and count by solving.
 
 Solutions are read from the variables: `int(solver.objective_value)` truncates a double.
 """
@@ -13,10 +13,7 @@ from ortools.sat.python import cp_model
 
 from demospec.rules.influence._answer import InfluenceAnswer, Parameters, Status
 from demospec.rules.influence._problem import RuleProblem
-
-ENUMERATED = 20_000
-"""Most parameter sets that are enumerated; beyond it ties or count are None."""
-
+from demospec.rules.influence.engines._effort import ENUMERATED
 
 @dataclass
 class Encoding:

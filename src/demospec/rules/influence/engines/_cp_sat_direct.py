@@ -8,9 +8,9 @@ Differs: whole numbers (ceil and round half up, see `evaluate_rule`), and named 
 
 from __future__ import annotations
 
-import itertools
 from typing import Any
 
+import numpy as np
 from ortools.sat.python import cp_model
 
 from demospec.rules.constraints._point_features import feature_named
@@ -27,8 +27,7 @@ from demospec.rules.influence.engines._cp_sat import Encoding, variables
 def encode_direct(problem: RuleProblem) -> Encoding:
     """The per-point model of a problem."""
     encoding = variables(problem)
-    unit = problem.scale if problem.weights == "points" else 2 * problem.scale**2
-    limit = unit * (problem.F_max or 0)
+    limit = problem.unit * (problem.F_max or 0)
     for path in problem.trajectories:
         _trajectory(encoding, problem, path, limit)
     return encoding
@@ -141,6 +140,5 @@ def _weights(problem: RuleProblem, path: RuleTrajectory, limit: int) -> list[int
         return [1] * len(path.points)
     objects = problem.scenes[path.scene].objects
     dimensions = max((len(item.center) for item in objects), default=2)
-    steps = Batch(path.points).lengths(dimensions, problem.scale).tolist()
-    padded = [0, *steps, 0]
-    return [min(a + b, max(limit, 1)) for a, b in itertools.pairwise(padded)]
+    weights = Batch(path.points).arc_weights(np.array([len(path.points)]), dimensions)
+    return [min(weight, max(limit, 1)) for weight in weights.tolist()]

@@ -1,4 +1,4 @@
-"""The exact engine: domains tightened, components swept or searched, slices put together."""
+"""The exact engine: presolve, a sweep or a branch and bound, and one answer from components."""
 
 from __future__ import annotations
 
@@ -25,6 +25,7 @@ from demospec.rules.influence.engines._branch_and_bound import (
     goals_of,
 )
 from demospec.rules.influence.engines._counting import count_points, first_optimum
+from demospec.rules.influence.engines._effort import EFFORT, Effort
 from demospec.rules.influence.engines._enumerate import SliceTable, sweep
 from demospec.rules.influence.engines._points import PointRows
 from demospec.rules.influence.engines._presolve import (
@@ -37,18 +38,13 @@ from demospec.rules.influence.engines._presolve import (
 from demospec.rules.influence.engines._shared_points import joined_points
 from demospec.rules.influence.engines._step_functions import StepProblem
 
-SWEEP_CELLS = 20_000_000
-"""Largest number of cells, rows and T_min counted, that is swept rather than searched."""
-
-GATHERED = 10_000
-"""Ties that a search gathers before it lists the first of them."""
-
-COUNT_BOXES = 40_000
-"""Boxes worked on before counting is given up."""
-
 
 def solve_exact(
-    steps: StepProblem, listed: int, deadline: float, counted: bool = True
+    steps: StepProblem,
+    listed: int,
+    deadline: float,
+    counted: bool = True,
+    effort: Effort = EFFORT,
 ) -> InfluenceAnswer:
     """The whole answer, by sweep or by search.
 
@@ -59,14 +55,18 @@ def solve_exact(
     """
     assert steps.limit is not None
     if not steps.separable:
-        return searched_points(steps, listed, deadline, counted)
+        effort.note("searched, points shared")
+        return searched_points(steps, listed, deadline, counted, effort)
     domain = whole_domain(steps)
-    components = tighten(steps, domain, steps.limit)
+    components = tighten(steps, domain, steps.limit, effort)
     if components is None:
+        effort.note("infeasible in presolve")
         return answer(steps, "infeasible", n_feasible=0)
-    if sweepable(components, domain):
+    if sweepable(components, domain, effort):
+        effort.note("swept")
         return swept(steps, components, domain, listed)
-    return searched(steps, components, domain, listed, deadline, counted)
+    effort.note("searched")
+    return searched(steps, components, domain, listed, deadline, counted, effort)
 
 
 def answer(steps: StepProblem, status: Status, **fields: Any) -> InfluenceAnswer:
@@ -83,9 +83,9 @@ def answer(steps: StepProblem, status: Status, **fields: Any) -> InfluenceAnswer
     )
 
 
-def sweepable(components: Sequence[Component], domain: Domain) -> bool:
+def sweepable(components: Sequence[Component], domain: Domain, effort: Effort = EFFORT) -> bool:
     """Whether every component's grid is small enough to be swept."""
-    return all(_cells(part, domain) <= SWEEP_CELLS for part in components)
+    return all(_cells(part, domain) <= effort.sweep_cells for part in components)
 
 
 def _cells(part: Component, domain: Domain) -> int:
@@ -185,6 +185,7 @@ def searched(
     listed: int,
     deadline: float,
     counted: bool,
+    effort: Effort = EFFORT,
 ) -> InfluenceAnswer:
     """The whole answer by branch and bound over all components together."""
     assert steps.limit is not None
@@ -195,9 +196,10 @@ def searched(
     if found.any and found.proven:
         # Nothing lies outside the hull: within it fewer rows matter, and a sweep may do.
         domain = hull_domain(found)
-        left = tighten(steps, domain, steps.limit)
+        left = tighten(steps, domain, steps.limit, effort)
         assert left is not None
-        if sweepable(left, domain):
+        if sweepable(left, domain, effort):
+            effort.note("swept within the hull found by the search")
             return swept(steps, left, domain, listed)
         rows = joined_rows(steps, left, domain)
 
@@ -206,7 +208,7 @@ def searched(
     ) -> Search:
         return Search(rows, T, low, high, window)
 
-    return finished(steps, search_of, domain, found, listed, deadline, counted)
+    return finished(steps, search_of, domain, found, listed, deadline, counted, effort)
 
 
 def hull_domain(found: Found) -> Domain:
@@ -239,14 +241,18 @@ def joined_rows(steps: StepProblem, components: Sequence[Component], domain: Dom
 
 
 def searched_points(
-    steps: StepProblem, listed: int, deadline: float, counted: bool
+    steps: StepProblem,
+    listed: int,
+    deadline: float,
+    counted: bool,
+    effort: Effort = EFFORT,
 ) -> InfluenceAnswer:
     """The whole answer by branch and bound, for readings that do not separate."""
     assert steps.limit is not None
     domain = contact_domain(steps)
     if domain.empty:
         return answer(steps, "infeasible", n_feasible=0)
-    return search_rows(steps, point_rows(steps), domain, listed, deadline, counted)
+    return search_rows(steps, point_rows(steps), domain, listed, deadline, counted, effort)
 
 
 def point_rows(steps: StepProblem, limit: int | None = None) -> StepRows:
@@ -300,6 +306,7 @@ def search_rows(
     listed: int,
     deadline: float,
     counted: bool = True,
+    effort: Effort = EFFORT,
 ) -> InfluenceAnswer:
     """Optima, hull, ties and count of rows by branch and bound."""
 
@@ -308,7 +315,7 @@ def search_rows(
     ) -> Search:
         return Search(rows, T, low, high, window)
 
-    return search_everything(steps, search_of, domain, listed, deadline, counted)
+    return search_everything(steps, search_of, domain, listed, deadline, counted, effort)
 
 
 def search_everything(
@@ -318,12 +325,13 @@ def search_everything(
     listed: int,
     deadline: float,
     counted: bool = True,
+    effort: Effort = EFFORT,
 ) -> InfluenceAnswer:
     """Optima, hull, ties and count of whatever the searches look for."""
     T = (domain.T[0], domain.T[1])
     goals = goals_of(len(domain.low))
     found = search_of(T, domain.low, domain.high).values(goals, deadline)
-    return finished(steps, search_of, domain, found, listed, deadline, counted)
+    return finished(steps, search_of, domain, found, listed, deadline, counted, effort)
 
 
 def finished(
@@ -334,6 +342,7 @@ def finished(
     listed: int,
     deadline: float,
     counted: bool,
+    effort: Effort = EFFORT,
 ) -> InfluenceAnswer:
     """The answer from the values found; ties and consistent sets are counted here."""
     if not found.any:
@@ -368,7 +377,9 @@ def finished(
         L = int(best[goal])
         first = first_optimum(search_of, T, low, high, L, largest, deadline)
         search = search_of(T, low, high, (L, L))
-        ties, points = count_points(search, deadline, COUNT_BOXES, max(listed, GATHERED))
+        ties, points = count_points(
+            search, deadline, effort.count_boxes, max(listed, effort.gathered)
+        )
         canonical = found.at[goal] if first is None else first
         rest = sorted(
             (p for p in points if p != canonical),
@@ -378,7 +389,7 @@ def finished(
         fields[name] = optima[0]
         fields[f"optima_{name}"] = optima
         fields[f"n_optima_{name}"] = ties
-    fields["n_feasible"], _ = count_points(search_of(T, low, high), deadline, COUNT_BOXES)
+    fields["n_feasible"], _ = count_points(search_of(T, low, high), deadline, effort.count_boxes)
     return answer(steps, "optimal", **fields)
 
 

@@ -23,6 +23,7 @@ from demospec.rules.influence.engines._branch_and_bound import (
     Found,
     Search,
 )
+from demospec.rules.influence.engines._effort import EFFORT, Effort
 from demospec.rules.influence.engines._exact import answer, point_rows, search_everything
 from demospec.rules.influence.engines._min_violations_grid import by_grid, small
 from demospec.rules.influence.engines._presolve import Domain, whole_domain
@@ -36,6 +37,7 @@ def solve_tolerant(
     deadline: float,
     listed: int,
     label_noise: float = LABEL_NOISE,
+    effort: Effort = EFFORT,
 ) -> InfluenceAnswer:
     """The envelope of all parameter sets that contradict few enough demonstrations.
 
@@ -46,10 +48,12 @@ def solve_tolerant(
     steps = step_problem(problem)
     most = len(problem.trajectories)
     slack = min(slack_of(label_noise, len(problem.parameters)), most)
-    if small(steps, slack):
+    if small(steps, slack, effort):
+        effort.note("fewest contradictions counted cell by cell")
         best, union, _ = by_grid(steps, listed, slack)
     else:
-        best, union = _by_search(steps, deadline, listed, slack)
+        effort.note("fewest contradictions searched")
+        best, union = _by_search(steps, deadline, listed, slack, effort)
     if best.min is None:
         return best
     wrong = contradicted(steps, best.min)
@@ -195,7 +199,7 @@ class TolerantSearch(Search):
 
 
 def _by_search(
-    steps: StepProblem, deadline: float, listed: int, slack: int
+    steps: StepProblem, deadline: float, listed: int, slack: int, effort: Effort
 ) -> tuple[InfluenceAnswer, InfluenceAnswer]:
     """All that contradicts fewest, and all that contradicts up to `slack` more."""
     rows = point_rows(steps)
@@ -225,7 +229,7 @@ def _by_search(
         ) -> Search:
             return TolerantSearch(allowing, T, low, high, window)
 
-        out = search_everything(steps, search_of, domain, listed, deadline)
+        out = search_everything(steps, search_of, domain, listed, deadline, effort=effort)
         # Not found again in time, but known.
         return out if out.min is not None else replace(out, min=known, max=known)
 

@@ -15,20 +15,15 @@ import numpy as np
 
 from demospec.rules.influence._answer import InfluenceAnswer, Parameters
 from demospec.rules.influence.engines._arithmetic import IntArray
+from demospec.rules.influence.engines._effort import EFFORT, Effort
 from demospec.rules.influence.engines._enumerate import Grid, SliceTable, first_rows
 from demospec.rules.influence.engines._exact import answer, combine
 from demospec.rules.influence.engines._presolve import Component
 from demospec.rules.influence.engines._shared_points import BoolArray
 from demospec.rules.influence.engines._step_functions import Block, StepProblem
 
-GRID_CELLS = 40_000_000
-"""Most (T_min, radii) cells that are counted one by one; beyond it boxes are searched."""
 
-WAYS = 5_000
-"""Most ways to share the slack among blocks that are put together one by one."""
-
-
-def small(steps: StepProblem, slack: int) -> bool:
+def small(steps: StepProblem, slack: int, effort: Effort = EFFORT) -> bool:
     """Whether every cell can be counted."""
     bounds = steps.problem.bounds
     times = bounds.T_min[1] - bounds.T_min[0] + 1
@@ -39,9 +34,9 @@ def small(steps: StepProblem, slack: int) -> bool:
         ways = ways * (count + i + 1) // (i + 1)
     return (
         steps.separable
-        and ways <= WAYS
+        and ways <= effort.grid_shares
         and all(
-            len(b.parameters) <= 2 and times * width ** len(b.parameters) <= GRID_CELLS
+            len(b.parameters) <= 2 and times * width ** len(b.parameters) <= effort.grid_cells
             for b in steps.blocks
         )
     )

@@ -1,8 +1,13 @@
-"""What the step functions alone say: tighter domains, rows that still matter, components.
+"""Presolve: domains tightened by the step functions, rows decided, components separated.
 
 Everything here works in radii r_k = T_min + T_object-k. For a valid row Σ_k g_k(r_k) < limit
 and closest > T_min; for an invalid one Σ_k g_k(r_k) ≥ limit or closest ≤ T_min. Domains are
 boxes [low, high] in (T_min, r), tied by T_min + c ≤ r_k ≤ T_min + d.
+
+Every row ends in one of three ways: it holds everywhere in the tightened domain; it holds
+nowhere, and the problem is infeasible; or it belongs to exactly one component. A row that no
+radius can change any more is decided here: an invalid one whose sum stays below F_max needs
+contact, T_min ≥ closest.
 """
 
 from __future__ import annotations
@@ -13,11 +18,9 @@ from math import prod
 import numpy as np
 
 from demospec.rules.influence.engines._arithmetic import IntArray
+from demospec.rules.influence.engines._effort import EFFORT, Effort
 from demospec.rules.influence.engines._shared_points import BoolArray
 from demospec.rules.influence.engines._step_functions import Block, StepProblem
-
-_FEW_CELLS = 4096
-"""Cells times rows that are swept in about the time of one round of tightening."""
 
 
 @dataclass
@@ -99,7 +102,9 @@ def tie(domain: Domain, bounds: tuple[int, int]) -> None:
     domain.T[:] = first, last
 
 
-def tighten(steps: StepProblem, domain: Domain, limit: int) -> list[Component] | None:
+def tighten(
+    steps: StepProblem, domain: Domain, limit: int, effort: Effort = EFFORT
+) -> list[Component] | None:
     """Tightens `domain` until nothing moves or little is left; None where nothing is.
 
     Only for readings that separate into step functions (`StepProblem.separable`).
@@ -108,7 +113,7 @@ def tighten(steps: StepProblem, domain: Domain, limit: int) -> list[Component] |
     _keep_off(steps, domain)
     left = {b: np.arange(len(block.rows)) for b, block in enumerate(steps.blocks)}
     moved, rounds = True, 0
-    while moved and (rounds < 2 or not _few(left, domain)):
+    while moved and (rounds < 2 or not _few(left, domain, effort)):
         rounds += 1
         before = (tuple(domain.T), domain.low.tobytes(), domain.high.tobytes())
         tie(domain, bounds)
@@ -120,16 +125,27 @@ def tighten(steps: StepProblem, domain: Domain, limit: int) -> list[Component] |
                 return None
             left[b] = kept
         moved = before != (tuple(domain.T), domain.low.tobytes(), domain.high.tobytes())
+    if moved:
+        effort.note("presolve: stopped while the domain still moved")
+        tie(domain, bounds)
+        if domain.empty:
+            effort.note("presolve: empty when it stopped")
+            return None
+        for b, block in enumerate(steps.blocks):
+            kept = _decided(block, left[b], domain, limit, effort)
+            if kept is None:
+                return None
+            left[b] = kept
     parts: list[Component] = []
     for b, block in enumerate(steps.blocks):
         parts.extend(_components(block, left[b], domain))
     return parts
 
 
-def _few(left: dict[int, IntArray], domain: Domain) -> bool:
+def _few(left: dict[int, IntArray], domain: Domain, effort: Effort) -> bool:
     """Whether all that is left is swept in the time of another round."""
     widths: list[int] = sorted((domain.high - domain.low + 1).tolist())
-    return prod(widths[:-1]) * sum(map(len, left.values())) <= _FEW_CELLS
+    return prod(widths[:-1]) * sum(map(len, left.values())) <= effort.presolve_cells
 
 
 def _tighten_block(block: Block, rows: IntArray, domain: Domain, limit: int) -> IntArray | None:
@@ -170,6 +186,39 @@ def _tighten_block(block: Block, rows: IntArray, domain: Domain, limit: int) -> 
     return left
 
 
+def _decided(
+    block: Block, rows: IntArray, domain: Domain, limit: int, effort: Effort
+) -> IntArray | None:
+    """Decides rows that the final radii of `domain` leave no choice; None if infeasible.
+
+    T_min rises, in place, to the contact of every invalid row that no radius left brings to the
+    limit. The radii are not touched: components are cut from them.
+
+    Returns:
+        The rows that some radius left still changes: their sum crosses the limit within it.
+    """
+    at = list(block.parameters)
+    floor = np.zeros(len(rows), dtype=np.int64)
+    ceiling = floor.copy()
+    for k, (low, high) in enumerate(zip(domain.low[at], domain.high[at], strict=True)):
+        floor += block.table[:, k, low].take(rows)
+        ceiling += block.table[:, k, high].take(rows)
+    valid, closest = block.valid.take(rows), block.closest.take(rows)
+    if (valid & (floor >= limit)).any():
+        effort.note("presolve: infeasible by a valid row that became constant")
+        return None
+    lacking = ~valid & (ceiling < limit)
+    if (lacking & (closest > domain.T[0])).any():
+        effort.note("presolve: T_min raised by a row that became constant")
+        domain.T[0] = int(closest[lacking].max())
+        if domain.T[0] > domain.T[1]:
+            effort.note("presolve: infeasible by a row that became constant")
+            return None
+    settled = valid | (floor >= limit) | (closest <= domain.T[0])
+    left: IntArray = rows[np.where(valid, ceiling >= limit, ~settled)]
+    return left
+
+
 def _components(block: Block, rows: IntArray, domain: Domain) -> list[Component]:
     """The block cut where no row left depends on both sides."""
     at = np.array(block.parameters, dtype=np.int64)
@@ -182,6 +231,7 @@ def _components(block: Block, rows: IntArray, domain: Domain) -> list[Component]
     index = np.minimum(low[:, None] + np.arange(width), high[:, None])
     table = block.table[rows[:, None, None], np.arange(len(at))[None, :, None], index[None]]
     uses = table[:, :, -1] > table[:, :, 0]
+    assert uses.any(axis=1).all(), "a row that no radius changes belongs to no component"
     parts = []
     for members in _together(uses):
         chosen = np.flatnonzero(uses[:, members].any(axis=1))

@@ -1,4 +1,4 @@
-"""Per trajectory and parameter, the summed penalty as a step function of the radius.
+"""Step functions: per trajectory and parameter, the summed penalty against the radius.
 
 Under `sum` and `nearest` the penalty of a trajectory is Σ_k g_k(r_k): each object's share
 depends on its own radius only. g_k is a cumulative histogram over levels (the whole radius
@@ -77,7 +77,7 @@ def step_problem(problem: RuleProblem) -> StepProblem:
     Raises:
         InputError: Sums beyond 64 bits, or tables beyond 2^28 numbers.
     """
-    unit = problem.scale if problem.weights == "points" else 2 * problem.scale**2
+    unit = problem.unit
     limit = None if problem.F_max is None else unit * problem.F_max
     if limit is not None and limit >= 2**53:
         raise InputError("F_max (in units of its scale) below 2^53", limit, field="F_max")

@@ -1,4 +1,4 @@
-"""From the points of some trajectories of one scene to sums at every radius.
+"""Step tables: summed penalty at every radius, from the points of some trajectories of a scene.
 
 Whole coordinates, which most are, go by tables over squared distances, some objects at once;
 all others by `Batch.reached`, object by object.
@@ -6,6 +6,7 @@ all others by `Batch.reached`, object by object.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -43,12 +44,14 @@ def fill(
     batch = Batch(paths[0] if len(paths) == 1 else np.concatenate(paths))
     row = np.repeat(np.arange(len(paths)), sizes)
     weight = _weights(problem, objects, batch, sizes, limit)
-    heaviest = 1 if weight is None else int(weight.max(initial=0))
-    top = int(sizes.max()) * problem.scale * max(reach, 1) * heaviest * len(objects)
+    starts = np.cumsum(sizes) - sizes
+    mass = float(sizes.max())  # the heaviest path
+    if weight is not None:
+        mass = float(np.add.reduceat(weight.astype(np.float64), starts).max()) * (1 + 1e-9)
+    top = math.ceil(max(mass, 1.0)) * problem.scale * max(reach, 1) * len(objects)
     if top >= 2**62:
         raise InputError("sums of penalties below 2^62", f"{top:.3g}", field="trajectories")
     compared = problem.reading != "sum" and len(objects) > 1
-    starts = np.cumsum(sizes) - sizes
     if not compared and batch.whole(objects, problem.scale, reach):
         step = max(1, _SQUARES // max(1, len(row)))
         for k in range(0, len(objects), step):
@@ -150,19 +153,13 @@ def _weights(
     sizes: IntArray,
     limit: int | None,
 ) -> IntArray | None:
-    """(m,) twice the length of path that belongs to each point, in 1/scale; None for alike.
+    """(m,) weight of each point; None for alike.
 
     A weight beyond the limit acts as the limit: the least penalty is one.
     """
     if problem.weights == "points":
         return None
-    dimensions = max(len(item.center) for item in objects)
-    lengths = batch.lengths(dimensions, problem.scale)
-    ends = np.cumsum(sizes)
-    lengths[ends[:-1] - 1] = 0  # no step leads from one path to the next
-    weight = np.zeros(len(batch.points), dtype=np.int64)
-    weight[:-1] += lengths
-    weight[1:] += lengths
+    weight = batch.arc_weights(sizes, max(len(item.center) for item in objects))
     return weight if limit is None else np.minimum(weight, max(limit, 1))
 
 
