@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
 from dataclasses import replace
@@ -85,6 +86,31 @@ def test_pixel_scale_agrees_with_brute_force(seed):
 def test_pixel_scale_agrees_with_brute_force_forty_times(seed):
     problem = pixel_problem(seed)
     assert_same(solve(problem, listed=10**6), pixel_answer(problem))
+
+
+def test_a_row_that_became_constant_still_asks_for_contact(effort):
+    """Three paths that presolve needs a round each for; the last is then left with contact.
+
+    The first makes the radius of `left` at least 10, so the second makes that of `right` at most
+    11, so the third, at 12 from `right`, has a sum of 4 at most and needs T_min ≥ 4.
+    """
+    objects = (RuleObject("left", "a", (0.0, 0.0)), RuleObject("right", "a", (100.0, 0.0)))
+    paths = (
+        RuleTrajectory(0, False, np.array([[0.0, 10.0]] * 5)),
+        RuleTrajectory(0, True, np.array([[0.0, 9.0]] * 3 + [[100.0, 12.0]] * 2)),
+        RuleTrajectory(0, False, np.array([[100.0, 12.0]] * 5 + [[0.0, 4.0]])),
+    )
+    problem = RuleProblem((RuleScene(objects),), paths, 50, bounds=Bounds((1, 6), (1, 14)))
+    for order in itertools.permutations(range(3)):
+        answer = solve(problem.subset(order), effort=effort)
+        assert answer.hull_T_min == (4, 6)
+        assert answer.hull_radius == ((10, 20), (5, 11))
+        assert answer.n_feasible == 9 * 7 + 10 * 6 + 11 * 5
+        assert (answer.min, answer.max) == ((4, 6, 1), (6, 14, 5))
+    # With one contact beyond reach there is nothing left.
+    far = np.array([[100.0, 12.0]] * 5 + [[0.0, 7.0]])
+    nothing = replace(problem, trajectories=(*paths[:2], replace(paths[2], points=far)))
+    assert solve(nothing, effort=effort).status == "infeasible"
 
 
 def _table_problem(T_least, T_most, cap=None):

@@ -10,6 +10,10 @@ from rules_problems import pixel_problem, random_problem
 from demospec.errors import InputError
 from demospec.rules import (
     Bounds,
+    RuleObject,
+    RuleProblem,
+    RuleScene,
+    RuleTrajectory,
     consistent_sets,
     solve,
     solve_positive,
@@ -97,3 +101,29 @@ def test_a_radius_that_nothing_limits_is_open():
     found = solve_positive(problem)
     assert found.open == problem.parameters
     assert "do not limit its radius" in " ".join(found.sentences)
+
+
+def test_large_thresholds_do_not_overflow_the_grid():
+    """Three radii beyond 10,000 add up to more than 16 bits hold."""
+    objects = tuple(RuleObject(f"o{k}", "o", (40_000.0 * k, 0.0)) for k in range(3))
+    paths = []
+    for k in range(3):
+        for valid, gap in ((True, 12_006.0), (False, 12_004.0)):
+            paths.append(RuleTrajectory(0, valid, np.array([[40_000.0 * k, gap]])))
+    problem = RuleProblem(
+        (RuleScene(objects),), tuple(paths), 1, bounds=Bounds((1, 2), (12_000, 12_005))
+    )
+    grid, answer = threshold_grid(problem, resamples=1), solve(problem)
+    assert (grid.least[0, -1, -1], grid.most[0, -1, -1]) == (answer.L_min, answer.L_max)
+
+
+def test_consistent_sets_beyond_64_bits_are_counted_in_full():
+    """Boxes of whole sets: their number is a product far beyond what doubles hold exactly."""
+    objects = tuple(RuleObject(f"o{k}", "o", (1000.0 * k, 0.0)) for k in range(8))
+    path = RuleTrajectory(0, True, np.array([[0.0, 300.0]]))
+    problem = RuleProblem((RuleScene(objects),), (path,), 1, bounds=Bounds((1, 2), (1, 301)))
+    found = consistent_sets(problem, most=10, effort=Effort(sweep_cells=-1), sample=5)
+    assert not found.complete
+    # T_min 1: the radius of the first is below 300; T_min 2 likewise.
+    assert found.total == solve(problem).n_feasible == (298 + 297) * 301**7
+    assert len(found.sets) == 5

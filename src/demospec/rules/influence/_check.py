@@ -200,11 +200,20 @@ class _Points:
         if self.problem.reading != "sum" and len(self.objects) > 1:
             at, cost, unsure = self._chosen(inside, cost, unsure)
         if self.weight is not None:
-            # A weight in floating point is off by less than two of its quanta.
-            weight = self.weight[at]
-            unsure = unsure * (weight + 2) + 2 * cost
-            cost = cost * weight
+            n = len(self.weight)
+            dense, doubt = np.bincount(at, cost, n), np.bincount(at, unsure, n)
+            return self.row, dense * self.weight, doubt * (self.weight + 2) + self._rounding(dense)
         return self.row[at], cost, unsure
+
+    def _rounding(self, cost: FloatArray) -> FloatArray:
+        """(n,) how far the rounding of each point's position may move the sum of its path.
+
+        A position is rounded by at most half a quantum; it counts in its neighbours' weights.
+        """
+        before, after = np.roll(cost, 1), np.roll(cost, -1)
+        ends = np.append(self.starts[1:], len(cost)) - 1
+        before[self.starts], after[ends] = -cost[self.starts], -cost[ends]
+        return 0.51 * np.abs(before - after) + 1e-6 * cost
 
     def _chosen(
         self, inside: BoolArray, cost: FloatArray, unsure: FloatArray

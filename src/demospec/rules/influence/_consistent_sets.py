@@ -6,11 +6,13 @@ import math
 import time
 from dataclasses import dataclass
 from math import prod
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from demospec.errors import InputError
-from demospec.frames import FloatArray
+from demospec.rules.influence._check import WrongAnswerError, contradicted
 from demospec.rules.influence._problem import RuleProblem
 from demospec.rules.influence.engines._arithmetic import IntArray
 from demospec.rules.influence.engines._boxes import Boxes, tie
@@ -61,10 +63,32 @@ def consistent_sets(
 
     Raises:
         InputError: F_max is unknown.
+        WrongAnswerError: A set found fails the plain evaluator: our failure.
     """
     if problem.F_max is None:
         raise InputError("a known F_max (or identify_F_max)", "null", field="F_max")
     steps = step_problem(problem)
+    found = _found(problem, steps, most, sample, seed, time_limit_s, effort)
+    if m := len(found.sets):
+        some = [tuple(found.sets[i].tolist()) for i in sorted({0, m // 2, m - 1})]
+        for values, wrong in zip(some, contradicted(problem, some), strict=True):
+            if wrong:
+                raise WrongAnswerError(
+                    f"a parameter set {values} that is called consistent contradicts trajectories "
+                    f"{list(wrong[:6])} by the plain evaluator; it is withheld"
+                )
+    return found
+
+
+def _found(
+    problem: RuleProblem,
+    steps: StepProblem,
+    most: int,
+    sample: int,
+    seed: int,
+    time_limit_s: float | None,
+    effort: Effort,
+) -> ConsistentSets:
     assert steps.limit is not None
     domain = whole_domain(steps)
     count = len(problem.parameters)
@@ -146,18 +170,21 @@ def _sampled(
         empty = np.zeros((0, 1 + search.q), dtype=np.int64)
         return ConsistentSets(empty, not pool, 0 if not pool else None)
     slices, weight = _slices(search, Boxes.join(proven))
-    total = int(sum(int(w) for w in weight)) if not pool else None
+    total = int(weight.sum()) if not pool else None
     if total is not None and total <= most:
         everything = np.concatenate([_all_of(row) for row in slices])
         return ConsistentSets(everything[np.lexsort(everything.T[::-1])], True, total)
-    share = weight / weight.sum()
-    drawn = slices[rng.choice(len(slices), sample, p=share.astype(np.float64))]
+    share = np.asarray(weight / weight.sum(), dtype=np.float64)
+    drawn = slices[rng.choice(len(slices), sample, p=share / share.sum())]
     radii = rng.integers(drawn[:, 1 : 1 + search.q], drawn[:, 1 + search.q :] + 1)
     return ConsistentSets(np.column_stack([drawn[:, 0], radii - drawn[:, :1]]), False, total)
 
 
-def _slices(search: Search, boxes: Boxes) -> tuple[IntArray, FloatArray]:
-    """(s, 1 + 2q) T_min, least and greatest radii of each slice of each box; their sizes."""
+def _slices(search: Search, boxes: Boxes) -> tuple[IntArray, NDArray[Any]]:
+    """(s, 1 + 2q) T_min, least and greatest radii of each slice of each box; their sizes.
+
+    Sizes are whole numbers, of Python where 64 bits might not hold their sum.
+    """
     c, d = search.rows.bounds
     size = boxes.T_high - boxes.T_low + 1
     at = np.repeat(np.arange(len(boxes)), size)
@@ -166,7 +193,9 @@ def _slices(search: Search, boxes: Boxes) -> tuple[IntArray, FloatArray]:
     low = np.maximum(boxes.low[at], (T + c)[:, None])
     high = np.minimum(boxes.high[at], (T + d)[:, None])
     some = (low <= high).all(axis=1)
-    weight = (high - low + 1)[some].astype(np.float64).prod(axis=1)
+    sizes = (high - low + 1)[some]
+    bits = np.log2(np.maximum(sizes, 1)).sum(axis=1).max(initial=0.0) + np.log2(len(sizes) + 1)
+    weight = sizes.astype(np.int64 if bits < 62 else object).prod(axis=1)
     return np.column_stack([T, low, high])[some], weight
 
 

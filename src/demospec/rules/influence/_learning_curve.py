@@ -1,4 +1,4 @@
-"""How many demonstrations are enough: the envelope against numbers of good and bad ones.
+"""Learning curve: the envelope of L against numbers of good and bad demonstrations.
 
 The paper's figure of the threshold against the numbers of positive and negative examples, as a
 grid of cells, each the least and greatest L for the first p good and first n bad
@@ -18,7 +18,9 @@ import numpy as np
 
 from demospec.errors import InputError
 from demospec.progress import Progress, silent
+from demospec.rules.influence._check import WrongAnswerError
 from demospec.rules.influence._problem import RuleProblem
+from demospec.rules.influence._solve import solve
 from demospec.rules.influence.engines._arithmetic import IntArray
 from demospec.rules.influence.engines._enumerate import Grid
 from demospec.rules.influence.engines._exact import solve_exact
@@ -107,7 +109,20 @@ def threshold_grid(
         else:
             nested.fill(out, s)
     progress("threshold grid", resamples, resamples)
+    _check(problem, out.least[:, -1, -1], out.most[:, -1, -1])
     return out
+
+
+def _check(problem: RuleProblem, least: IntArray, most: IntArray) -> None:
+    """WrongAnswerError unless all demonstrations together have the envelope that `solve` gives."""
+    answer = solve(problem, listed=1)
+    empty = answer.L_min is None or answer.L_max is None
+    ends = (NO_ENVELOPE, NO_ENVELOPE) if empty else (answer.L_min, answer.L_max)
+    if not ((least == ends[0]).all() and (most == ends[1]).all()):
+        raise WrongAnswerError(
+            f"the learning curve ends in {sorted(set(least.tolist()))} to "
+            f"{sorted(set(most.tolist()))}, the answer is {ends[0]} to {ends[1]}; it is withheld"
+        )
 
 
 def _counts(available: int, cells: int) -> IntArray:
@@ -153,7 +168,7 @@ class _Nested:
         inside, _, _ = grid.limits(T)
         self.t, self.cell = np.nonzero(inside)
         self.T = T[self.t]
-        dtype: Any = np.int16 if high < 2**14 else np.int32
+        dtype: Any = np.int16 if (q + 1) * high < 2**15 else np.int32
         # Offsets of the last radius against T_min + c, so that the bounds are 0 and d − c.
         self.base = (self.T + c).astype(dtype)
         self.span = d - c
@@ -252,6 +267,7 @@ def width_curve(
     steps = step_problem(problem)
     counts = _counts(n, points)
     widths = np.full((resamples, len(counts)), NO_ENVELOPE)
+    ends = np.full((2, resamples), NO_ENVELOPE)
     rng = np.random.default_rng(seed)
     for s in range(resamples):
         progress("envelope width", s, resamples)
@@ -262,5 +278,8 @@ def width_curve(
             answer = solve_exact(restrict(steps, keep), 1, math.inf, counted=False)
             if answer.L_min is not None and answer.L_max is not None:
                 widths[s, j] = answer.L_max - answer.L_min
+                if count == n:
+                    ends[:, s] = answer.L_min, answer.L_max
     progress("envelope width", resamples, resamples)
+    _check(problem, *ends)
     return WidthCurve(counts, widths)

@@ -1,4 +1,4 @@
-"""The rule problem of the influence family: objects, labelled trajectories, and a reading.
+"""Rule problem of the influence family: objects, labelled trajectories, and a reading.
 
 A point p influences through object k when its distance d_k(p) is at most r_k = T_min +
 T_object-k; a point within T_min of any object makes the whole trajectory infinitely bad. A
@@ -50,6 +50,9 @@ ARC_FINE = 1_000_000
 """Parts of a quantum to which each step's length is rounded before positions are summed."""
 
 MAX_BOUND = 100_000
+
+MAX_F = 10**9
+"""Largest F_max of a problem."""
 
 MAX_COORDINATE = 1e15
 """Largest size of a coordinate: squares of it, scaled, are far from overflow."""
@@ -156,7 +159,7 @@ class RuleProblem:
         _choice(self.thresholds, get_args(Thresholds), "thresholds")
         if not 1 <= self.scale <= 10**6:
             raise InputError("a whole number from 1 to 1000000", self.scale, field="scale")
-        if self.F_max is not None and not 0 <= self.F_max <= 10**9:
+        if self.F_max is not None and not 0 <= self.F_max <= MAX_F:
             raise InputError("a whole number from 0 to 1e9", self.F_max, field="F_max")
         if not self.scenes:
             raise InputError("at least one scene", "none", field="scenes")

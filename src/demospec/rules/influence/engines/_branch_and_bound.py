@@ -33,7 +33,7 @@ class Found:
 
     Args:
         best: (goals,) best value of each goal; ±`NONE` where nothing was found.
-        at: Parameters (T_min, radii) that attain the L goals.
+        at: Parameters (T_min, radii) that attain the L goals, and the extra ones.
         proven: Whether nothing better is left.
         floor: Lower bound of the least L when unproven; `roof` likewise above.
         boxes: Boxes worked on.
@@ -301,7 +301,7 @@ class Search:
         best = int(found.best[goal])
         if (value[i] < best) if goal % 2 == 0 else (value[i] > best):
             found.best[goal] = value[i]
-            if goal in (LEAST_L, MOST_L):
+            if goal in (LEAST_L, MOST_L) or goal >= FIRST_RADIUS + 2 * self.q:
                 found.at[goal] = (int(T[i]), *(int(r) for r in radii[i]))
 
     def _learn_boxes(self, found: Found, boxes: Boxes) -> None:

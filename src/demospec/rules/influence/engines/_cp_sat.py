@@ -15,6 +15,7 @@ from demospec.rules.influence._answer import InfluenceAnswer, Parameters, Status
 from demospec.rules.influence._problem import RuleProblem
 from demospec.rules.influence.engines._effort import ENUMERATED
 
+
 @dataclass
 class Encoding:
     """A model whose solutions are exactly the consistent parameter sets.

@@ -1,4 +1,4 @@
-"""F_max unknown: which F_max, T_min and radii agree with the labels together.
+"""F_max unknown: the F_max, T_min and radii that agree with the labels together.
 
 For given (T_min, r) the consistent F_max are an interval: above the worst valid sum, up to the
 best sum of an invalid demonstration that contact does not explain; without such a
@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from demospec.rules.influence._problem import RuleProblem
+from demospec.rules.influence._check import WrongAnswerError, contradicted
+from demospec.rules.influence._problem import MAX_F, RuleProblem
 from demospec.rules.influence.engines._arithmetic import IntArray
 from demospec.rules.influence.engines._boxes import Boxes, StepRows, alive, tie
 from demospec.rules.influence.engines._branch_and_bound import (
@@ -84,6 +85,9 @@ def identify_F_max(problem: RuleProblem, time_limit_s: float | None = None) -> F
     """All (F_max, T_min, T_object-k) that agree with the labels: the hull of each.
 
     The problem's own F_max is not read. F_max is a whole number, at least 1.
+
+    Raises:
+        WrongAnswerError: A set found fails the plain evaluator: our failure.
     """
     began = time.monotonic()
     deadline = began + (math.inf if time_limit_s is None else time_limit_s)
@@ -101,6 +105,7 @@ def identify_F_max(problem: RuleProblem, time_limit_s: float | None = None) -> F
     found = search.values(np.arange(FIRST_RADIUS + 2 * q + 2), deadline)
     if not found.any:
         return finish("infeasible" if found.proven else "timeout")
+    _check(problem, rows, found)
     best = [int(v) for v in found.best]
     highest = best[-1]
     return finish(
@@ -114,9 +119,26 @@ def identify_F_max(problem: RuleProblem, time_limit_s: float | None = None) -> F
     )
 
 
-def _without_limit(problem: RuleProblem) -> RuleProblem:
-    from dataclasses import replace
+def _check(problem: RuleProblem, rows: _JointRows, found: Found) -> None:
+    """WrongAnswerError unless the sets found at the ends of L and F_max agree with the labels."""
+    v = rows.n_valid
+    for goal, (T, *own) in found.at.items():
+        radii = np.array([own], dtype=np.int64)
+        sums, _ = rows.sums(radii, radii)
+        low, high = rows.interval(sums[:, :v], sums[:, v:], rows.closest[None] <= T)
+        F_max = int(high[0]) if goal == len(found.best) - 1 else int(low[0])
+        if F_max > MAX_F:
+            continue
+        values = (T, *(r - T for r in own))
+        wrong = contradicted(replace(problem, F_max=F_max), [values])[0]
+        if wrong:
+            raise WrongAnswerError(
+                f"F_max {F_max} with T_min and T_object {values} contradicts trajectories "
+                f"{list(wrong[:6])} by the plain evaluator; the answer is withheld"
+            )
 
+
+def _without_limit(problem: RuleProblem) -> RuleProblem:
     return replace(problem, F_max=None)
 
 
@@ -233,8 +255,8 @@ class _JointSearch(Search):
                 good = tied & (low <= high)
                 if good.any():
                     self._learn(found, radii[good], T[good], T[good])
-                    found.best[-2] = min(int(found.best[-2]), int(low[good].min()))
-                    found.best[-1] = max(int(found.best[-1]), int(high[good].max()))
+                    for goal, ends in ((len(found.best) - 2, low), (len(found.best) - 1, high)):
+                        self._keep(found, goal, ends[good], T[good], radii[good])
 
     def _split(self, boxes: Boxes, floor: IntArray, ceiling: IntArray) -> Boxes:
         v = self.rows.n_valid
