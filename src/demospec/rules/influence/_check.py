@@ -201,7 +201,8 @@ class _Points:
             at, cost, unsure = self._chosen(inside, cost, unsure)
         if self.weight is not None:
             n = len(self.weight)
-            dense, doubt = np.bincount(at, cost, n), np.bincount(at, unsure, n)
+            dense: FloatArray = np.bincount(at, cost, n).astype(np.float64)
+            doubt: FloatArray = np.bincount(at, unsure, n).astype(np.float64)
             return self.row, dense * self.weight, doubt * (self.weight + 2) + self._rounding(dense)
         return self.row[at], cost, unsure
 
@@ -213,7 +214,8 @@ class _Points:
         before, after = np.roll(cost, 1), np.roll(cost, -1)
         ends = np.append(self.starts[1:], len(cost)) - 1
         before[self.starts], after[ends] = -cost[self.starts], -cost[ends]
-        return 0.51 * np.abs(before - after) + 1e-6 * cost
+        moved: FloatArray = 0.51 * np.abs(before - after) + 1e-6 * cost
+        return moved
 
     def _chosen(
         self, inside: BoolArray, cost: FloatArray, unsure: FloatArray
