@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from demospec.studio.drawing._scene_svg import scene_svg
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -33,7 +34,6 @@ from demospec.geometry import (
 from demospec.planning import Plan, export_request, export_to, plan_path
 from demospec.rules import ClearanceRule, RuleSet, TypeRules
 from demospec.scene import Relation, Scene, SceneObject
-from demospec.studio.drawing._scene_svg import scene_svg
 from demospec.studio.explore._answers import outline_path
 
 TWO = MultiPolygon([rectangle(0, 0, 10, 10), rectangle(30, 0, 10, 10)])

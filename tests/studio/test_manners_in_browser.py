@@ -39,6 +39,7 @@ def test_axe_finds_nothing_serious(page: Any, address: str, scheme: str) -> None
     page.emulate_media(color_scheme=scheme)
     for name in PAGES:
         opened(page, f"{address}/{name}").evaluate(script)
+        page.wait_for_selector("#report[aria-busy=false]") if name == "results" else None
         found = page.evaluate("axe.run(document, {resultTypes: ['violations']})")["violations"]
         serious = [
             (v["id"], [n["html"][:120] for n in v["nodes"]])
@@ -65,7 +66,7 @@ def test_at_200_percent_nothing_is_cut_off(page: Any, address: str) -> None:
         cut = page.evaluate(
             "[...document.querySelectorAll('button, select, input, a, h2')].filter(e => {"
             "const r = e.getBoundingClientRect();"
-            "return r.width && !e.closest('.out-of-sight, .re-wide, .path-list, details')"
+            "return r.width && !e.closest('.out-of-sight, .scroll, .pan, .path-list, details')"
             "&& !e.classList.contains('out-of-sight')"
             "&& (r.right > innerWidth + 1 || r.left < -1); }).map(e => e.outerHTML.slice(0, 90))"
         )

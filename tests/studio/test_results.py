@@ -1,109 +1,129 @@
-"""The Results page: documents become tables, what is absent or damaged is said."""
+"""The Results page: it is the report, of a run or of what was taught; what is missing is said."""
 
 from __future__ import annotations
 
 import json
-import re
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
-from demospec.demonstrations import simulate_set, write_set
+import pytest
+
+from demospec.demonstrations import bezier_points, simulate_set, write_set
+from demospec.errors import InputError
 from demospec.files import write_json
-from demospec.rules import RuleSet
-from demospec.studio.results._curves import curve_files, curves
-from demospec.studio.results._export import export
-from demospec.studio.results._page import results_html
-from demospec.studio.results._view import (
-    accuracy,
-    audit,
-    curve_table,
-    effect,
-    number,
-    repairs,
-    section,
-)
+from demospec.report import build_report, render_parts
+from demospec.rules import RuleSet, learn_rules, rules_document
+from demospec.studio.results._export import choices, export, report_of, subjects
+from demospec.studio.results._page import Parts, page_markup, videos_of
+from demospec.studio.results._run import label_changes, taught_run
 from demospec.studio.session._workspace import Workbench
 
-
-def score(balanced: float | None) -> dict[str, object]:
-    return {
-        "n": 40, "accuracy": 0.8, "balanced_accuracy": balanced, "majority": 0.6,
-        "interval": [0.7, 0.9],
-    }  # fmt: skip
+EVIL = "<script>alert(1)</script>"
 
 
-def test_numbers_have_a_true_minus_and_no_negative_zero() -> None:
-    assert number(-0.001) == "0.00"
-    assert number(-0.25, sign=True) == "−0.25"
-    assert number(0.25, sign=True) == "+0.25"
-    assert number(None) == "–"
-    assert "[−0.30, −0.20]" in effect({"effect": -0.25, "interval": [-0.3, -0.2]})
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    data, truth = simulate_set(train_scenes=2, test_scenes=1, demonstrations=3, seed=2)
+    place = tmp_path_factory.mktemp("results")
+    return write_set(data, place / "set", documents={"truth.json": truth})
 
 
-def test_a_type_of_one_class_is_not_given_a_score() -> None:
-    html = accuracy({"field": {"seen": {"careful": score(0.75), "bold": score(None)}}})
-    assert html.count("undefined: one class") == 2  # in the picture and in the table
-    assert "75 %" in html.replace("\u00a0", " ")
+@pytest.fixture
+def bench(folder: Path, tmp_path: Path) -> Iterator[Workbench]:
+    bench = Workbench(folder, out=tmp_path / "out")
+    yield bench
+    bench.close()
 
 
-def test_repairs_show_the_true_rule_beside_the_models_opinion() -> None:
-    entry = {
-        "n": 9, "vacuous": False, "repaired_by_truth": 0.5, "accepted_by_model": 0.9,
-        "moved_px": 12.3,
-    }  # fmt: skip
-    html = repairs({"field": {"seen": {"careful": entry, "bold": {"vacuous": True}}}})
-    assert "true rule accepts" in html
-    assert "50\u00a0%" in html
-    assert "90\u00a0%" in html
-    assert "bold" not in html
+def test_a_run_is_shown_by_the_report_itself(folder: Path, tmp_path: Path) -> None:
+    from demospec.demonstrations import read_set
+
+    run = tmp_path / "run"
+    data = read_set(folder)
+    write_set(data, run / "set")
+    rules = learn_rules(data, split=None, influence=False)
+    write_json(run / "rules.json", rules_document(rules))
+    bench = Workbench(None, None, run, out=tmp_path / "taught")
+    assert list(subjects(bench)) == ["run", "taught"]
+    parts = Parts(bench)
+    assert parts.of("run") == render_parts(build_report(run))
+    assert parts.of("run") is parts.of("run")  # written once
+    (run / "rules.json").write_text("{", encoding="utf-8")
+    with pytest.raises(InputError, match=r"rules\.json"):
+        report_of(bench, "run")
+    assert videos_of(run) == []
+    bench.close()
 
 
-def test_curves_rise_with_accuracy_and_leave_out_types_of_one_class(tmp_path: Path) -> None:
-    rows = [
-        {"model": model, "type": kind, "n": n, "fits": 3, "majority_seen": 0.6,
-         "bacc_seen": None if kind == "bold" else share, "bacc_unseen": None}
-        for model in ("full", "irl") for kind in ("careful", "bold")
-        for n, share in ((1, 0.6), (4, 0.7), (16, 0.9))
-    ]  # fmt: skip
-    write_json(tmp_path / "accuracy-uniform.json", {"reading": "uniform", "rows": rows})
-    (name,) = curve_files(tmp_path)
-    html = curves(json.loads((tmp_path / f"{name}.json").read_text()))
-    lines = re.findall(r'<polyline points="([^"]+)"', html)
-    assert len(lines) == 2  # one for each model
-    heights = [float(p.split(",")[1]) for p in lines[0].split()]
-    assert heights == sorted(heights, reverse=True)
-    assert "bold" not in html
-    assert "90" in curve_table({"rows": rows})
+def test_what_was_taught_becomes_a_report_with_the_same_numbers(bench: Workbench) -> None:
+    run = taught_run(bench)
+    assert run is not None
+    rules = bench.rules()
+    assert rules is not None
+    report = build_report(run)
+    assert [p.name for p in report.people] == list(rules.rules)
+    for person in report.people:
+        sentence = rules.rules[person.name].sentence
+        assert person.sentence.rstrip(".").lower() == sentence.lower()
+    assert {s.anchor for s in report.sections} >= {"shown", "sure", "doubts", "plans", "computed"}
+    assert {light.name for p in report.people for light in p.lights if light.state != "unknown"}
+    name, media, content = export(bench, "report", of="taught")
+    assert (name, media) == ("report.html", "text/html")
+    assert report.people[0].sentence in content.decode()
 
 
-def test_words_from_files_cannot_inject_markup() -> None:
-    evil = "<script>alert(1)</script>"
-    html = audit({"demonstrations": [{"demo_id": evil, "verdict": "review", "why": evil}]})
+def test_labels_that_were_changed_are_in_the_report(bench: Workbench) -> None:
+    first = bench.demonstrations[0]
+    assert first.valid is not None
+    scene = bench.scenes[0]
+    path = bezier_points(scene.start[:2], scene.goal[:2], [[[50.0, 50.0]]], 20)[0]
+    drawn = bench.draw(scene.scene_id, path, actor="tab", type="careful")
+    bench.label(drawn.demo_id, True, actor="tab")  # a first label is no change
+    assert label_changes(bench) == ()
+    bench.label(first.demo_id, not first.valid, actor="tab")
+    (change,) = label_changes(bench)
+    assert (change.demo_id, change.before, change.after) == (
+        first.demo_id, first.valid, not first.valid
+    )  # fmt: skip
+    run = taught_run(bench)
+    assert run is not None
+    assert "1 label changed after being given." in build_report(run).summary
+    bench.undo("tab")
+    assert label_changes(bench) == ()
+
+
+def test_what_cannot_be_had_is_said_beforehand(tmp_path: Path) -> None:
+    bench = Workbench(out=tmp_path / "new")
+    offered = choices(bench)
+    assert set(offered.missing) == {"set", "rules", "report", "nav2", "moveit", "mcap"}
+    assert all(words.endswith(".") for words in offered.missing.values())
+    with pytest.raises(InputError):
+        export(bench, "report")
+    html = page_markup(bench)
+    assert "Nothing to report yet" in html
+    assert "Draw a path first" in html
+    bench.close()
+
+
+def test_the_set_and_the_rules_can_be_taken_along(bench: Workbench, folder: Path) -> None:
+    truth = json.loads((folder / "truth.json").read_text())
+    assert set(bench.rule_sets()) == {"understood so far", "truth"}
+    name, media, content = export(bench, "rules", rules="truth")
+    assert (name, media) == ("rules.json", "application/json")
+    told = json.loads(content)["types"]["careful"]["clearance"]["value"]
+    assert told == truth["types"]["careful"]["clearance"]["value"]
+    assert all(isinstance(m, RuleSet) for m in bench.rule_sets().values())
+    assert choices(bench).missing.keys() <= {"mcap"}
+
+
+def test_names_are_text_on_the_page(tmp_path: Path) -> None:
+    data, _ = simulate_set(train_scenes=1, test_scenes=0, demonstrations=1, seed=2)
+    data.demonstrations.type[:] = EVIL
+    from dataclasses import replace
+
+    folder = write_set(replace(data, types=(EVIL,)), tmp_path / "set")
+    bench = Workbench(folder, out=tmp_path / "out")
+    html: Any = page_markup(bench)
     assert "<script" not in html
-    html = accuracy({evil: {evil: {evil: score(0.5)}}})
-    assert "<script" not in html
-
-
-def test_what_is_absent_or_damaged_is_said(tmp_path: Path) -> None:
-    assert "demospec audit" in section(tmp_path, "audit", "Audit", audit, "demospec audit SET")
-    (tmp_path / "audit.json").write_text("{", encoding="utf-8")
-    assert "audit.json cannot be shown" in section(tmp_path, "audit", "Audit", audit, "x")
-    (tmp_path / "audit.json").write_text('{"demonstrations": 3}', encoding="utf-8")
-    assert "audit.json cannot be shown" in section(tmp_path, "audit", "Audit", audit, "x")
-
-
-def test_without_a_run_the_set_can_still_be_taken_away(tmp_path: Path) -> None:
-    data, truth = simulate_set(train_scenes=1, test_scenes=1, demonstrations=3, seed=2)
-    folder = write_set(data, tmp_path / "set", documents={"truth.json": truth})
-    workbench = Workbench(folder, out=tmp_path / "out")
-    try:
-        html = results_html(workbench)
-        assert "No run is shown" in html
-        assert "demospec demo --out runs/demo" in html
-        assert set(workbench.rule_sets()) == {"understood so far", "truth"}
-        name, media, content = export(workbench, "rules", rules="truth")
-        assert (name, media) == ("rules.json", "application/json")
-        told = json.loads(content)["types"]["careful"]["clearance"]["value"]
-        assert told == truth["types"]["careful"]["clearance"]["value"]
-        assert all(isinstance(m, RuleSet) for m in workbench.rule_sets().values())
-    finally:
-        workbench.close()
+    bench.close()

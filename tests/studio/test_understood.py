@@ -20,9 +20,9 @@ from demospec.demonstrations import (
     bezier_points,
 )
 from demospec.errors import InputError
+from demospec.report import contour_at, rings_svg
 from demospec.rules import RuleSet, learn_rules, nearest_approach, passes, rules_document
 from demospec.scene import Capsule, Disc, Picture, Polygon, Scene, SceneObject
-from demospec.studio.drawing._contours import contour_at, rings_svg
 from demospec.studio.session._distance_cache import NearMemory, PassMemory
 from demospec.studio.session._workspace import Workbench
 from demospec.studio.teach._state import TeachState
@@ -152,7 +152,7 @@ def test_the_number_of_answers_foretold_is_about_what_it_takes() -> None:
     for taken in range(40):
         asked = question(data, "me", seed=taken // 8)
         words = how_many_more(asked, understand(data, "me"))
-        if words.startswith("Enough"):
+        if words.startswith("Settled"):
             break
         foretold = foretold or int(words.split()[1])
         assert asked.points is not None

@@ -2,74 +2,156 @@
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from demospec.report._render import render_html, write_html, write_markdown
-from demospec.report._view import Block, Figure, Lines, Report, Section, Table, Text, share, wilson
+from demospec._lazy import names_of
+from demospec.report._render import render_html, render_parts, write_html, write_markdown
+from demospec.report._view import (
+    Block,
+    Drawing,
+    Figure,
+    Light,
+    Lines,
+    Person,
+    Report,
+    Section,
+    Table,
+    Text,
+    share,
+    wilson,
+)
 
 if TYPE_CHECKING:
-    from demospec.report._audit_picture import audit_picture
     from demospec.report._build import build_report
-    from demospec.report._causal_picture import draw_causal_picture, save_causal_picture
-    from demospec.report._effect_picture import (
+    from demospec.report._looks import look_of
+    from demospec.report._render import STYLES
+    from demospec.report.drawing._contours import contour_at, ring_words_svg, rings_svg
+    from demospec.report.drawing._markup import joined
+    from demospec.report.drawing._scene_svg import (
+        VERDICTS,
+        data_url,
+        ends_svg,
+        line_svg,
+        objects_svg,
+        over_svg,
+        paths_svg,
+        points_of,
+        scene_svg,
+        short_name,
+    )
+    from demospec.report.drawing._window import line_width, short_length, view_box
+    from demospec.report.pictures._audit import audit_picture
+    from demospec.report.pictures._causal import draw_causal_picture, save_causal_picture
+    from demospec.report.pictures._effect import (
         draw_boundary_shift,
         draw_counterfactual,
         draw_counterfactual_strip,
         draw_effect_map,
         save_figure,
     )
-    from demospec.report._envelope_picture import draw_envelopes
-    from demospec.report._plan_picture import draw_plan
-    from demospec.report._transition_picture import draw_transition
+    from demospec.report.pictures._envelopes import draw_envelopes
+    from demospec.report.pictures._plan import draw_plan
+    from demospec.report.pictures._transition import draw_transition
+    from demospec.report.run._documents import (
+        AuditEntry,
+        LabelChange,
+        PlanEntry,
+        QueryEntry,
+        RunRecord,
+    )
+    from demospec.report.run._run import Run, read_run
+    from demospec.report.sections._people import more_answers
 
 __all__ = [
+    "AuditEntry",
     "Block",
+    "Drawing",
     "Figure",
+    "LabelChange",
+    "Light",
     "Lines",
+    "Person",
+    "PlanEntry",
+    "QueryEntry",
     "Report",
+    "Run",
+    "RunRecord",
+    "STYLES",
     "Section",
     "Table",
     "Text",
+    "VERDICTS",
     "audit_picture",
     "build_report",
+    "contour_at",
+    "data_url",
     "draw_boundary_shift",
     "draw_causal_picture",
-    "draw_envelopes",
     "draw_counterfactual",
     "draw_counterfactual_strip",
     "draw_effect_map",
+    "draw_envelopes",
     "draw_plan",
     "draw_transition",
+    "ends_svg",
+    "joined",
+    "line_svg",
+    "line_width",
+    "look_of",
+    "more_answers",
+    "objects_svg",
+    "over_svg",
+    "paths_svg",
+    "points_of",
+    "read_run",
     "render_html",
+    "render_parts",
+    "ring_words_svg",
+    "rings_svg",
+    "short_length",
     "save_causal_picture",
     "save_figure",
+    "scene_svg",
     "share",
+    "short_name",
+    "view_box",
     "wilson",
     "write_html",
     "write_markdown",
 ]
 
+_HOME = {
+    **dict.fromkeys(
+        ("AuditEntry", "LabelChange", "PlanEntry", "QueryEntry", "RunRecord"), "run._documents"
+    ),
+    **dict.fromkeys(("Run", "read_run"), "run._run"),
+    **dict.fromkeys(("contour_at", "ring_words_svg", "rings_svg"), "drawing._contours"),
+    **dict.fromkeys(("line_width", "short_length", "view_box"), "drawing._window"),
+    **dict.fromkeys(
+        (
+            "VERDICTS", "data_url", "ends_svg", "line_svg", "objects_svg", "over_svg", "paths_svg",
+            "points_of", "scene_svg", "short_name",
+        ),
+        "drawing._scene_svg",
+    ),
+    **dict.fromkeys(("draw_causal_picture", "save_causal_picture"), "pictures._causal"),
+    **dict.fromkeys(
+        (
+            "draw_boundary_shift", "draw_counterfactual", "draw_counterfactual_strip",
+            "draw_effect_map", "save_figure",
+        ),
+        "pictures._effect",
+    ),
+    "STYLES": "_render",
+    "audit_picture": "pictures._audit",
+    "build_report": "_build",
+    "draw_envelopes": "pictures._envelopes",
+    "draw_plan": "pictures._plan",
+    "draw_transition": "pictures._transition",
+    "joined": "drawing._markup",
+    "look_of": "_looks",
+    "more_answers": "sections._people",
+}  # fmt: skip
 
-def __getattr__(name: str) -> Any:
-    if name == "audit_picture":
-        return importlib.import_module("demospec.report._audit_picture").audit_picture
-    if name == "build_report":
-        return importlib.import_module("demospec.report._build").build_report
-    if name == "draw_envelopes":
-        return importlib.import_module("demospec.report._envelope_picture").draw_envelopes
-    if name == "draw_plan":
-        return importlib.import_module("demospec.report._plan_picture").draw_plan
-    if name == "draw_transition":
-        return importlib.import_module("demospec.report._transition_picture").draw_transition
-    if name in ("draw_causal_picture", "save_causal_picture"):
-        return getattr(importlib.import_module("demospec.report._causal_picture"), name)
-    if name in (
-        "draw_boundary_shift",
-        "draw_counterfactual",
-        "draw_counterfactual_strip",
-        "draw_effect_map",
-        "save_figure",
-    ):
-        return getattr(importlib.import_module("demospec.report._effect_picture"), name)
-    raise AttributeError(f"module 'demospec.report' has no attribute {name!r}")
+
+__getattr__ = names_of(__name__, _HOME)

@@ -1,35 +1,58 @@
-"""View data → one self-contained HTML page, or Markdown with its pictures beside it."""
+"""View data → one self-contained HTML page, a part of a page, or Markdown with its pictures."""
 
 from __future__ import annotations
 
 import base64
 import re
+from functools import cache
 from pathlib import Path
 from typing import Any
 
+from markupsafe import Markup
+
 from demospec.files import writing_file, writing_folder
-from demospec.report._view import Figure, Lines, Report, Table, Text
+from demospec.report._view import Drawing, Figure, Lines, Person, Report, Table, Text
+
+STYLES = Path(__file__).parent / "templates"
+"""Where the style sheets are: ``report.css`` for the parts, ``scene.css`` for drawings."""
+
+MARKS = {"good": "✓", "mixed": "!", "bad": "✕", "unknown": "?"}
 
 
 def render_html(report: Report) -> str:
     """The page as text; pictures are inside, nothing is fetched."""
+    styles = [(STYLES / name).read_text(encoding="utf-8")
+              for name in ("page.css", "report.css", "scene.css")]  # fmt: skip
+    page = _environment().get_template("page.html.j2")
+    text: str = page.render(report=report, styles=styles, parts=render_parts(report))
+    return text
+
+
+def render_parts(report: Report) -> Markup:
+    """People and sections as one element of class ``report``, for a page that has the styles."""
+    return Markup(_environment().get_template("parts.html.j2").render(report=report))  # noqa: S704
+
+
+@cache
+def _environment() -> Any:
     import jinja2
 
     environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("demospec.report", "templates"),
+        loader=jinja2.FileSystemLoader(STYLES),
         autoescape=True,
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
         finalize=_whole_numbers,
     )
-    environment.tests["text"] = lambda block: isinstance(block, Text)
-    environment.tests["lines"] = lambda block: isinstance(block, Lines)
-    environment.tests["table"] = lambda block: isinstance(block, Table)
+    kinds = {"text": Text, "lines": Lines, "table": Table, "figure": Figure, "drawing": Drawing}
+    for name, kind in kinds.items():
+        environment.tests[name] = lambda block, kind=kind: isinstance(block, kind)
     environment.filters["inline"] = _inline
     environment.filters["wide"] = _natural_width
     environment.filters["stacked"] = _stacked
-    return environment.get_template("report.html.j2").render(report=report)
+    environment.globals["marks"] = MARKS
+    return environment
 
 
 def _whole_numbers(value: Any) -> Any:
@@ -43,8 +66,6 @@ def _inline(figure: Figure) -> str:
 
 def _stacked(cell: str) -> Any:
     """``0.35 [0.26, 0.46]`` with the interval as a part of its own, which the style may place."""
-    from markupsafe import Markup
-
     value, bracket, ends = cell.partition(" [")
     if not bracket:
         return cell
@@ -73,11 +94,16 @@ def write_html(report: Report, path: Path) -> None:
 def write_markdown(report: Report, folder: Path) -> Path:
     """Writes ``folder/report.md`` and its pictures; returns the Markdown file."""
     with writing_folder(folder, replace=True) as root:
+        pictures = _Pictures(root)
         lines = [f"# {report.title}", "", report.subtitle, ""]
-        lines += [f"- {sentence}" for sentence in report.summary] + [""]
-        count = 0
+        if not report.people:
+            lines += [f"- {sentence}" for sentence in report.summary] + [""]
+        for person in report.people:
+            lines += _markdown_person(person, pictures)
         for section in report.sections:
             lines += [f"## {section.title}", ""]
+            if section.lead:
+                lines += [section.lead, ""]
             for block in section.blocks:
                 if isinstance(block, Text):
                     lines += [f"**{block.words}**" if block.emphasis else block.words, ""]
@@ -86,12 +112,41 @@ def write_markdown(report: Report, folder: Path) -> Path:
                 elif isinstance(block, Table):
                     lines += _markdown_table(block)
                 else:
-                    count += 1
-                    name = f"figure-{count}.png"
-                    (root / name).write_bytes(block.png)
-                    lines += [f"![{block.alt}]({name})", "", f"*{block.caption}*", ""]
+                    lines += pictures.add(block)
+        if report.glossary:
+            lines += ["## Words", ""]
+            lines += [*(f"- **{term}**: {meaning}" for term, meaning in report.glossary), ""]
         (root / "report.md").write_text(_whole_numbers("\n".join(lines)), encoding="utf-8")
     return folder / "report.md"
+
+
+class _Pictures:
+    """The pictures beside a Markdown report, numbered."""
+
+    def __init__(self, root: Path) -> None:
+        self.root, self.count = root, 0
+
+    def add(self, picture: Figure | Drawing) -> list[str]:
+        """Writes one and returns its lines."""
+        self.count += 1
+        if isinstance(picture, Figure):
+            name, alt = f"figure-{self.count}.png", picture.alt
+            (self.root / name).write_bytes(picture.png)
+        else:
+            name, alt = f"figure-{self.count}.svg", picture.caption
+            style = (STYLES / "scene.css").read_text(encoding="utf-8")
+            alone = picture.svg.replace("><", f"><style>{style}</style><", 1)
+            (self.root / name).write_text(alone, encoding="utf-8")
+        caption = [f"*{picture.caption}*", ""] if picture.caption else []
+        return [f"![{alt}]({name})", "", *caption]
+
+
+def _markdown_person(person: Person, pictures: _Pictures) -> list[str]:
+    lines = [f"## {person.name}", "", f"**{person.sentence}**", ""]
+    lines += [f"- {MARKS[light.state]} {light.name}: {light.words}" for light in person.lights]
+    lines += [f"- {heading}: {words}" for heading, words in person.facts]
+    lines += [""] if person.lights or person.facts else []
+    return lines + (pictures.add(person.picture) if person.picture is not None else [])
 
 
 def _markdown_table(table: Table) -> list[str]:

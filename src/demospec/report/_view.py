@@ -1,10 +1,13 @@
-"""View data of a report: sections of text, tables and figures, rendered to HTML or Markdown."""
+"""View data of a report: people, sections of text, tables and figures; rendered elsewhere."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Literal
+
+from markupsafe import Markup
 
 
 @dataclass(frozen=True)
@@ -42,26 +45,77 @@ class Figure:
     alt: str
 
 
-Block = Text | Lines | Table | Figure
+@dataclass(frozen=True)
+class Drawing:
+    """A scene as SVG with a caption; the drawing itself says what it shows."""
+
+    svg: Markup
+    caption: str
+
+
+Block = Text | Lines | Table | Figure | Drawing
+
+
+@dataclass(frozen=True)
+class Light:
+    """One of the lights beside a person's rule.
+
+    Args:
+        name: What is judged, such as *Answers agree*.
+        state: ``good``, ``mixed``, ``bad``, or ``unknown`` where nothing was computed.
+        words: The same in a sentence: colour never says it alone.
+    """
+
+    name: str
+    state: Literal["good", "mixed", "bad", "unknown"]
+    words: str
+
+
+@dataclass(frozen=True)
+class Person:
+    """What a hurried reader gets about one type of user.
+
+    Args:
+        name: The type.
+        sentence: What that person cares about, with its interval.
+        picture: A table with the rule drawn into it.
+        lights: Enough shown, answers agree, plans keep the rule.
+        facts: Heading → sentence: what is not known, which labels were changed, what is next.
+    """
+
+    name: str
+    sentence: str
+    picture: Drawing | None = None
+    lights: tuple[Light, ...] = ()
+    facts: tuple[tuple[str, str], ...] = ()
 
 
 @dataclass(frozen=True)
 class Section:
-    """One question that the report answers."""
+    """One question that the report answers; `lead` is the answer in one plain sentence."""
 
     anchor: str
     title: str
     blocks: tuple[Block, ...]
+    lead: str = ""
 
 
 @dataclass(frozen=True)
 class Report:
-    """The whole page. `summary` are the sentences that a hurried reader gets."""
+    """The whole page.
+
+    Args:
+        summary: Sentences that a hurried reader gets.
+        people: The first layer: one card a type of user. With it the sections are folded.
+        glossary: (term, meaning) of what the sections use.
+    """
 
     title: str
     subtitle: str
     summary: tuple[str, ...]
     sections: tuple[Section, ...] = field(default=())
+    people: tuple[Person, ...] = ()
+    glossary: tuple[tuple[str, str], ...] = ()
 
 
 def counted(n: int, noun: str) -> str:
@@ -98,6 +152,6 @@ def bracket(pair: Sequence[float | None] | None, digits: int = 1) -> str:
     """``[1.0, 2.0]``, or a dash; an end that does not exist (None) is said in words."""
     if pair is None:
         return "–"
-    ends = ["unbounded" if v is None else number(v, digits) for v in pair]
+    ends = ["unbounded" if v is None or not math.isfinite(v) else number(v, digits) for v in pair]
     # Blanks that do not break keep an interval on one line.
     return f"[{ends[0]},\u00a0{ends[1]}]"

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from demospec.rules._learn import learn_rules
     from demospec.rules._learning_curve import enough_problem, enough_set, enough_words
     from demospec.rules._measurement import Observer, evidence_of
+    from demospec.rules._sentences import clearance_words
     from demospec.rules.active._of_set import query_set
     from demospec.rules.active._query import Query, next_query, query_file
     from demospec.rules.clearance._encounters import Encounters, Passes, encounters, passes
@@ -87,6 +88,7 @@ __all__ = [
     "RuleObject",
     "RuleScene",
     "RuleProblem",
+    "clearance_words",
     "ClearanceFit",
     "fit_document",
     "clearance_document",
@@ -164,6 +166,7 @@ _HOME = {
     "Observer": "_measurement",
     "Encounters": "clearance._encounters",
     "encounters": "clearance._encounters",
+    "clearance_words": "_sentences",
     "learn_rules": "_learn",
     "read_rules": "_documents",
     "rules_document": "_documents",

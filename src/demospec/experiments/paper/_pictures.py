@@ -10,12 +10,8 @@ import numpy as np
 
 from demospec.demonstrations import DemonstrationSet
 from demospec.files import writing_file
+from demospec.report import look_of
 
-COLOURS = {
-    "full": "#0072b2", "autoencoder": "#56b4e9", "classifier": "#009e73",
-    "irl": "#e69f00", "field": "#d55e00",
-}  # fmt: skip
-MARKS = {"full": "o", "autoencoder": "s", "classifier": "^", "irl": "D", "field": "v"}
 VALID, INVALID = "#0072b2", "#d55e00"
 
 
@@ -81,8 +77,8 @@ def draw_accuracy(rows: Sequence[Mapping[str, Any]], stem: Path, reading: str) -
                 x = [r["n"] for r in mine]
                 y = [r[f"bacc_{where}"] for r in mine]
                 low, high = np.array([r[f"quartiles_{where}"] for r in mine]).reshape(-1, 2).T
-                ax.fill_between(x, low, high, color=COLOURS[model], alpha=0.15, lw=0)
-                ax.plot(x, y, marker=MARKS[model], color=COLOURS[model], label=model, ms=4)
+                ax.fill_between(x, low, high, color=look_of(model)[0], alpha=0.15, lw=0)
+                ax.plot(x, y, marker=look_of(model)[1], color=look_of(model)[0], label=model, ms=4)
             ax.axhline(0.5, color="0.6", lw=0.8, ls=":")
             ax.set_ylim(0.4, 1.02)
             ax.set_title(f"{type_}, {where} scenes, {reading} reading", fontsize=9)
@@ -108,8 +104,8 @@ def draw_curves(
     for ax, (reading, models) in zip(axes[0], curves.items(), strict=True):
         for model, curve in models.items():
             x, y, low, high = zip(*curve, strict=True)
-            ax.fill_between(x, low, high, color=COLOURS[model], alpha=0.15, lw=0)
-            ax.plot(x, y, marker=MARKS[model], color=COLOURS[model], label=model, ms=4)
+            ax.fill_between(x, low, high, color=look_of(model)[0], alpha=0.15, lw=0)
+            ax.plot(x, y, marker=look_of(model)[1], color=look_of(model)[0], label=model, ms=4)
         every = sorted({point[0] for curve in models.values() for point in curve})
         ends = [(every[0], *printed["first"]), (every[-1], *printed["last"])]
         for k, (n, mean, first, third) in enumerate(ends):

@@ -10,6 +10,7 @@ import numpy as np
 
 from demospec.frames import describe_length
 from demospec.geometry import Disc, Footprint, rims
+from demospec.report import data_url
 from demospec.rules import RuleView
 from demospec.scene import Scene
 from demospec.specification import (
@@ -21,7 +22,6 @@ from demospec.specification import (
     repair,
     sample_valid,
 )
-from demospec.studio.drawing._scene_svg import data_url
 from demospec.studio.explore._map import SMALL, boundary_path, explore_map
 from demospec.studio.explore._state import Edits, Explorer, Question, path_of
 

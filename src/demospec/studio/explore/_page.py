@@ -11,9 +11,9 @@ from markupsafe import Markup
 from demospec.demonstrations import ValidityModel
 from demospec.errors import DemospecError, InputError
 from demospec.rules import RuleSet
-from demospec.studio.drawing._markup import element
 from demospec.studio.explore._answers import look, mend, put_down, scene_document, solutions
 from demospec.studio.explore._state import Edits, Explorer, Question
+from demospec.studio.server._elements import element
 from demospec.studio.session._workspace import Workbench
 
 TRUTH = "truth"

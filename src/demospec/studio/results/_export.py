@@ -2,22 +2,28 @@
 
 from __future__ import annotations
 
+import importlib.util
 import json
 import tempfile
 import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from demospec.demonstrations import write_set
 from demospec.errors import InputError
 from demospec.rules import RuleSet, rules_document
 from demospec.studio.session._workspace import Workbench
 
+if TYPE_CHECKING:
+    from demospec.report import Report
+
 FORMS = {
-    "set": "Set",
-    "rules": "Rules",
-    "report": "Report",
+    "set": "the set",
+    "rules": "the rules",
+    "report": "the report",
     "nav2": "nav2",
     "moveit": "MoveIt",
     "mcap": "MCAP",
@@ -27,9 +33,65 @@ FORMS = {
 PLANNED = ("nav2", "moveit", "mcap")
 """Those that need a scene and a type, because a path is planned."""
 
+TAUGHT, GIVEN_RUN = "taught", "run"
+"""What a report is about: what was taught here, or the run that the studio was started with."""
+
+
+@dataclass(frozen=True)
+class Choices:
+    """What can be asked for, and why something cannot.
+
+    Args:
+        rules: Name of a rule set → types that it knows.
+        scenes: Scenes that can be planned in.
+        missing: Form → why it cannot be had now; the others can.
+        missing_in: Scene → why nothing can be planned there.
+    """
+
+    rules: Mapping[str, tuple[str, ...]]
+    scenes: tuple[str, ...]
+    missing: Mapping[str, str]
+    missing_in: Mapping[str, str]
+
+
+def choices(workbench: Workbench) -> Choices:
+    """What stands on the table now."""
+    known = workbench.rule_sets()
+    missing: dict[str, str] = {}
+    if not workbench.demonstrations:
+        missing["set"] = "Draw a path first."
+        if workbench.run_folder is None:
+            missing["report"] = "Draw a path first: the report is about what was taught."
+    if not known:
+        words = "Accept or reject a path first: the rules are learned from that."
+        missing |= dict.fromkeys(("rules", *PLANNED), words)
+    elif importlib.util.find_spec("mcap") is None or importlib.util.find_spec("rosbags") is None:
+        missing["mcap"] = "MCAP needs more: pip install 'demospec[ros]'."
+    return Choices(
+        {name: tuple(rules.types) for name, rules in known.items()},
+        tuple(s.scene_id for s in workbench.scenes),
+        missing,
+        {s.scene_id: why for s in workbench.scenes if (why := _cannot_plan(workbench, s.scene_id))},
+    )
+
+
+def _cannot_plan(workbench: Workbench, scene_id: str) -> str:
+    scene = workbench.scene(scene_id)
+    if scene.objects is None:
+        return "Nobody has said yet what stands here: mark the objects under Teach."
+    if workbench.scale_of(scene_id) is None:
+        return "How wide is this picture on the table? Robots need metres: measure it under Teach."
+    return ""
+
 
 def export(
-    workbench: Workbench, form: str, *, rules: str = "", scene: str = "", type: str = ""
+    workbench: Workbench,
+    form: str,
+    *,
+    rules: str = "",
+    scene: str = "",
+    type: str = "",
+    of: str = "",
 ) -> tuple[str, str, bytes]:
     """One download: (file name, media type, content).
 
@@ -38,6 +100,7 @@ def export(
         form: One of `FORMS`.
         rules: Name of a rule set; the first by default.
         scene, type: For the forms in `PLANNED`.
+        of: `TAUGHT` or `GIVEN_RUN`, for the report.
 
     Raises:
         InputError: Unknown form, rules, scene or type; nothing to export; no plan; no scale.
@@ -46,7 +109,7 @@ def export(
     if form == "set":
         return "set.zip", "application/zip", _set(workbench)
     if form == "report":
-        return "report.html", "text/html", _report(workbench)
+        return "report.html", "text/html", _report(workbench, of)
     if form not in FORMS:
         raise InputError(f"one of {', '.join(FORMS)}", form, field="form")
     known = workbench.rule_sets()
@@ -68,7 +131,7 @@ def _planned(
 
     from demospec.planning import export_request, export_to
 
-    scaled = replace(rules, metres_per_unit=workbench.metres_per_unit)
+    scaled = replace(rules, metres_per_unit=workbench.scale_of(scene))
     request = export_request(scaled, workbench.scene(scene), type or None)
     with tempfile.TemporaryDirectory() as place:
         if form == "mcap":
@@ -88,15 +151,39 @@ def _set(workbench: Workbench) -> bytes:
         return zipped(write_set(data, Path(place) / "set"))
 
 
-def _report(workbench: Workbench) -> bytes:
-    run = workbench.run_folder
-    if run is None:
-        raise InputError("a run (demospec studio --run RUN)", "none", field="report")
-    if (run / "report.html").is_file():
-        return (run / "report.html").read_bytes()
-    from demospec.report import build_report, render_html
+def _report(workbench: Workbench, of: str) -> bytes:
+    from demospec.report import render_html
 
-    return render_html(build_report(run)).encode()
+    return render_html(report_of(workbench, of)).encode()
+
+
+def subjects(workbench: Workbench) -> dict[str, str]:
+    """What a report can be about → its name; the first is shown unless told otherwise."""
+    found = {}
+    if workbench.run_folder is not None:
+        found[GIVEN_RUN] = f"the run {workbench.run_folder.name}"
+    if workbench.demonstrations:
+        found[TAUGHT] = "what was taught here"
+    return found
+
+
+def report_of(workbench: Workbench, of: str = "") -> Report:
+    """The report of the run, or of what was taught here.
+
+    Raises:
+        InputError: There is none, or a document of the run is damaged.
+    """
+    from demospec.report import build_report
+    from demospec.studio.results._run import taught_run
+
+    known = subjects(workbench)
+    of = of or next(iter(known), TAUGHT)
+    if of == GIVEN_RUN and workbench.run_folder is not None:
+        return build_report(workbench.run_folder)
+    run = taught_run(workbench) if of == TAUGHT else None
+    if run is None:
+        raise InputError("a path that was drawn here, or a run (--run RUN)", "none", field="report")
+    return build_report(run)
 
 
 def zipped(folder: Path) -> bytes:
@@ -107,14 +194,3 @@ def zipped(folder: Path) -> bytes:
             if file.is_file():
                 archive.write(file, Path(folder.name) / file.relative_to(folder))
     return buffer.getvalue()
-
-
-def choices(workbench: Workbench) -> dict[str, Any]:
-    """What the export form offers."""
-    known = workbench.rule_sets()
-    types = list(dict.fromkeys(t for rules in known.values() for t in rules.types))
-    return {
-        "rules": list(known),
-        "types": types,
-        "scenes": [s.scene_id for s in workbench.scenes],
-    }

@@ -1,149 +1,185 @@
-"""The page Results: what a run found, and everything that can be taken away."""
+"""The page Results: the report itself, and everything that can be downloaded."""
 
 from __future__ import annotations
 
-from html import escape
+import json
+import threading
+from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
 from markupsafe import Markup
 
-from demospec.demonstrations import read_set
-from demospec.errors import DemospecError, InputError
-from demospec.scene import Scene
-from demospec.studio.drawing._markup import element
-from demospec.studio.results import _view as view
-from demospec.studio.results._curves import curve_files, curves
-from demospec.studio.results._export import FORMS, PLANNED, choices, export
-from demospec.studio.results._plans import plans, videos
+from demospec.errors import DemospecError
+from demospec.report import joined
+from demospec.studio.results._export import (
+    FORMS,
+    PLANNED,
+    Choices,
+    choices,
+    export,
+    report_of,
+    subjects,
+)
+from demospec.studio.server._elements import element
 from demospec.studio.session._workspace import Workbench
+
+VIDEOS = (".gif", ".mp4")
 
 
 def register(workbench: Workbench) -> None:
-    """Registers the page at ``/results``, its downloads and its videos."""
-    from nicegui import app, run, ui
+    """Registers the page at ``/results``, the report's parts, its downloads and its videos."""
+    from nicegui import app, ui
     from starlette.concurrency import run_in_threadpool
     from starlette.requests import Request
-    from starlette.responses import FileResponse, PlainTextResponse, Response
+    from starlette.responses import FileResponse, HTMLResponse, PlainTextResponse, Response
 
-    from demospec.studio.server._frame import ADDRESS, page_frame
+    from demospec.studio.server._frame import REPORT_STYLES, page_frame
 
-    @ui.page("/results", title="Results · demospec", response_timeout=60)
-    async def page() -> None:
-        ui.add_head_html(f'<link rel="stylesheet" href="{ADDRESS}/results.css">')
-        with page_frame("Results", "results"):
-            found = await run.io_bound(results_html, workbench) or ""
-            element(Markup(found))  # noqa: S704  (escaped part by part)
+    parts = Parts(workbench)
+
+    @ui.page("/results", title="Results · demospec")
+    def page(of: str = "") -> None:
+        ui.add_head_html(f'<link rel="stylesheet" href="{REPORT_STYLES}/report.css">')
+        with page_frame("Results", "results", script="results.js"):
+            element(page_markup(workbench, of))
 
     async def download(request: Request) -> Response:
         asked = request.query_params
-        chosen = {key: asked.get(key, "") for key in ("rules", "scene", "type")}
+        chosen = {key: asked.get(key, "") for key in ("rules", "scene", "type", "of")}
         form = str(asked.get("form", ""))
         try:
             name, media, content = await run_in_threadpool(
                 lambda: export(workbench, form, **chosen)
             )
         except DemospecError as error:
-            return PlainTextResponse(f"Nothing to download: {error}\n", status_code=400)
+            return PlainTextResponse(str(error), status_code=400)
         said = {"content-disposition": f'attachment; filename="{name}"'}
         return Response(content, media_type=media, headers=said)
 
+    async def report(request: Request) -> Response:
+        of = request.query_params.get("of", "")
+        try:
+            return HTMLResponse(await run_in_threadpool(parts.of, of))
+        except DemospecError as error:
+            return PlainTextResponse(str(error), status_code=400)
+
     async def media(request: Request) -> Response:
         # Videos are asked for by number, so that no path ever comes from outside.
-        files = view.videos_of(workbench.run_folder)
+        files = videos_of(workbench.run_folder)
         number = int(request.path_params["number"])
         if not 0 <= number < len(files):
             return PlainTextResponse("no such video\n", status_code=404)
         return FileResponse(files[number])
 
     app.add_route("/results/download", download, methods=["GET"])
+    app.add_route("/results/report", report, methods=["GET"])
     app.add_route("/results/media/{number:int}", media, methods=["GET"])
 
 
-def results_html(workbench: Workbench) -> str:
-    """The page's content; what is absent is said, with the command that makes it."""
-    folder = workbench.run_folder
-    return f'<div class="results">{_head(folder)}{_take_away(workbench)}{_found(folder)}</div>'
+class Parts:
+    """The report's parts as markup, written once for each state of the table."""
+
+    def __init__(self, workbench: Workbench) -> None:
+        self._workbench = workbench
+        self._lock = threading.Lock()
+        self._known: dict[str, tuple[int, Markup]] = {}
+
+    def of(self, subject: str) -> Markup:
+        """The parts of the report on a subject (`subjects`); InputError where there is none."""
+        from demospec.report import render_parts
+
+        with self._lock:
+            version = self._workbench.version
+            if self._known.get(subject, (-1,))[0] != version:
+                made = render_parts(report_of(self._workbench, subject))
+                self._known[subject] = (version, made)
+            return self._known[subject][1]
 
 
-def _head(folder: Path | None) -> str:
-    if folder is None:
-        return (
-            '<section class="card"><h2>No run is shown</h2><p>A run takes a set the whole way: '
-            "rules, causes, accuracy, plans. <code>demospec demo --out runs/demo</code> makes "
-            "one; <code>demospec studio --run runs/demo</code> shows it here.</p></section>"
+def page_markup(workbench: Workbench, of: str = "") -> Markup:
+    """What can be downloaded, the place of the report, videos."""
+    known = subjects(workbench)
+    of = of if of in known else next(iter(known), "")
+    return Markup('<div class="results">{}{}{}</div>').format(
+        _downloads(choices(workbench), of), _place(known, of), _videos(workbench.run_folder)
+    )
+
+
+def _place(known: Mapping[str, str], of: str) -> Markup:
+    if not known:
+        return Markup(
+            '<section class="card"><h2>Nothing to report yet</h2><p>Draw a path under '
+            '<a href="/teach">Teach</a> and accept or reject it: the report is about what was '
+            "taught. Or start the studio with a run, as <code>demospec demo --out RUN</code> makes "
+            "one: <code>demospec studio --run RUN</code>.</p></section>"
         )
-    try:
-        record = view.read_document(folder, "run") or {}
-    except InputError as error:
-        return f'<section class="card"><p class="re-wrong">{escape(str(error))}</p></section>'
-    seconds = sum(float(s.get("seconds", 0)) for s in record.get("stages", {}).values())
-    versions = record.get("versions", {})
-    facts = [
-        f"seed {record.get('seed', '?')}",
-        f"{seconds:.0f} s of computing" if seconds else "",
-        f"demospec {versions['demospec']}" if "demospec" in versions else "",
-    ]
-    return (
-        f'<div class="re-head"><p class="re-run">{escape(folder.name)}</p><p class="soft">'
-        f"{escape(' · '.join(f for f in facts if f))}</p></div>"
+    links = joined(
+        Markup('<a class="plain-button small" href="/results?of={}"{}>{}</a>').format(
+            key, Markup(' aria-current="true"') if key == of else "", words
+        )
+        for key, words in known.items()
     )
+    chosen = Markup('<p class="re-of">Report on {}</p>').format(links)
+    return Markup(
+        '{}<div id="report" data-of="{}" aria-live="polite" aria-busy="true">'
+        '<p class="soft">Writing the report…</p></div>'
+    ).format(chosen, of)
 
 
-def _found(folder: Path | None) -> str:
-    if folder is None:
-        return ""
-    again = "demospec demo --out RUN"
-    scenes = _scenes(folder)
-    parts = [
-        view.section(folder, "rules", "What they care about", view.rules, again),
-        view.section(folder, "causes", "What changes their verdict", view.causes, again),
-        view.section(folder, "accuracy", "How well the models judge", view.accuracy, again),
-        *(
-            view.section(
-                folder, name, f"Accuracy with more demonstrations ({name.partition('-')[2]} draws)",
-                lambda d: curves(d) + view.curve_table(d), again,
+def _downloads(offered: Choices, of: str) -> Markup:
+    def select(name: str, words: str, values: tuple[str, ...]) -> Markup:
+        options = joined(Markup("<option>{}</option>").format(v) for v in values)
+        return Markup('<label>{}<select class="plain-input" name="{}">{}</select></label>').format(
+            words, name, options
+        )
+
+    def button(form: str) -> Markup:
+        return Markup(
+            '<button type="button" class="plain-button" data-form="{}">{}</button>'
+        ).format(form, FORMS[form])
+
+    types = tuple(dict.fromkeys(t for each in offered.rules.values() for t in each))
+    whole = joined(button(form) for form in FORMS if form not in PLANNED)
+    planned = joined(button(form) for form in PLANNED)
+    return Markup(
+        '<section class="card re-take" id="take" data-choices="{}" data-of="{}">'
+        '<h2>Download</h2><div class="re-row">{}<div class="re-buttons">{}</div></div>'
+        '<div class="re-row">{}{}<div class="re-buttons">{}</div></div>'
+        '<p class="re-why soft" id="take-why"></p><p class="re-said" role="status"></p></section>'
+    ).format(
+        json.dumps(asdict(offered)), of, select("rules", "Rules", tuple(offered.rules)), whole,
+        select("scene", "A plan for the robot, in scene", offered.scenes),
+        select("type", "for", types), planned,
+    )  # fmt: skip
+
+
+def videos_of(run: Path | None) -> list[Path]:
+    """Videos of executions, anywhere in the run folder; in the order of their names."""
+    if run is None:
+        return []
+    return sorted(p for p in run.rglob("*") if p.suffix.lower() in VIDEOS and p.is_file())
+
+
+def _videos(run: Path | None) -> Markup:
+    """Players for GIF and MP4 files, addressed by their number."""
+    if run is None:
+        return Markup()
+    figures = []
+    for i, file in enumerate(videos_of(run)):
+        player = (
+            Markup('<img src="/results/media/{}" alt="Video of the execution {}">')
+            if file.suffix.lower() == ".gif"
+            else Markup(
+                '<video src="/results/media/{}" controls muted loop aria-label="{}"></video>'
             )
-            for name in curve_files(folder)
-        ),
-        view.section(folder, "plans", "Plans in new scenes", lambda d: plans(d, scenes), again),
-        view.section(folder, "repairs", "Repaired paths", view.repairs, again),
-        view.section(
-            folder, "audit", "Demonstrations that look wrong", view.audit,
-            "demospec audit SET --json > RUN/audit.json",
-        ),
-        f'<section class="card" id="video"><h2>Execution</h2>'
-        f"{videos(view.videos_of(folder))}</section>",
-    ]  # fmt: skip
-    return "".join(parts)
-
-
-def _scenes(folder: Path) -> dict[str, Scene]:
-    try:
-        return {s.scene_id: s for s in read_set(folder / "set").scenes}
-    except DemospecError:  # a run without its set: the plans are counted, not drawn
-        return {}
-
-
-def _take_away(workbench: Workbench) -> str:
-    """The export form: plain HTML, so that it works before any script does."""
-    offered = choices(workbench)
-
-    def select(name: str, words: str, values: list[Any]) -> str:
-        options = "".join(f"<option>{escape(str(v))}</option>" for v in values)
-        return f'<label>{words}<select class="plain-input" name="{name}">{options}</select></label>'
-
-    def button(form: str) -> str:
-        return f'<button class="plain-button" name="form" value="{form}">{FORMS[form]}</button>'
-
-    whole = "".join(button(f) for f in FORMS if f not in PLANNED)
-    planned = "".join(button(f) for f in PLANNED)
-    return (
-        '<section class="card re-take" id="take"><h2>Take it away</h2>'
-        '<form action="/results/download" method="get">'
-        f'<div class="re-row">{select("rules", "Rules", offered["rules"])}'
-        f'<div class="re-buttons">{whole}</div></div>'
-        f'<div class="re-row">{select("scene", "Planned in scene", offered["scenes"])}'
-        f"{select('type', 'for', offered['types'])}"
-        f'<div class="re-buttons">{planned}</div></div></form></section>'
+        ).format(i, file.name)
+        figures.append(
+            Markup("<figure>{}<figcaption>{}</figcaption></figure>").format(player, file.name)
+        )
+    none = Markup(
+        '<p class="soft">This run has no video. <code>demospec execute RULES SET --scene ID '
+        "--out RUN/execution</code> makes one.</p>"
     )
+    shown = Markup('<div class="re-videos">{}</div>').format(joined(figures)) if figures else none
+    return Markup('<section class="card" id="video"><h2>Execution</h2>{}</section>').format(shown)

@@ -12,7 +12,8 @@ from markupsafe import Markup
 from pydantic import BaseModel, ConfigDict, Field
 
 from demospec.errors import InputError, OutputError
-from demospec.studio.drawing._markup import element, joined
+from demospec.report import joined
+from demospec.studio.server._elements import element
 from demospec.studio.session._replay import demonstration_body, png_of, scene_body
 from demospec.studio.session._upload import scene_from_picture
 from demospec.studio.session._workspace import Workbench

@@ -9,10 +9,12 @@ from typing import Any
 
 from markupsafe import Markup
 
-from demospec.studio.drawing._markup import element
+from demospec.studio.server._elements import element
 
 STATIC = Path(__file__).parents[1] / "static"
 ADDRESS = "/studio-static"
+REPORT_STYLES = "/report-static"
+"""Style sheets of the report: scenes look the same here and there."""
 
 PAGES = (
     ("teach", "Teach", "/teach"),
@@ -39,8 +41,9 @@ def page_frame(title: str, active: str, *, script: str | None = None) -> Iterato
     """
     from nicegui import ui
 
-    style = f'<link rel="stylesheet" href="{ADDRESS}/studio.css">'
-    ui.add_head_html(style + '<meta name="color-scheme" content="light dark">')
+    styles = f'<link rel="stylesheet" href="{REPORT_STYLES}/scene.css">'
+    styles += f'<link rel="stylesheet" href="{ADDRESS}/studio.css">'
+    ui.add_head_html(styles + '<meta name="color-scheme" content="light dark">')
     scripts = ["connection.js"]
     if script is not None:
         scripts.append(script)

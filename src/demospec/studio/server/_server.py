@@ -54,10 +54,11 @@ def serve(
         raise MissingExtraError("nicegui", "studio", "the studio") from error
     from fastapi.responses import RedirectResponse
 
+    from demospec.report import STYLES
     from demospec.studio.explore import _page as _explore
     from demospec.studio.results import _page as _results
     from demospec.studio.server import _api
-    from demospec.studio.server._frame import ADDRESS, STATIC
+    from demospec.studio.server._frame import ADDRESS, REPORT_STYLES, STATIC
     from demospec.studio.server._guard import Guard
     from demospec.studio.server._policy import Policy
     from demospec.studio.teach import _page as _teach
@@ -65,6 +66,7 @@ def serve(
     workbench = Workbench(set_folder, model, run, out=out, scenes_only=scenes_only)
     # Asked for each time: a script of yesterday's version does not fit today's page.
     app.add_static_files(ADDRESS, STATIC, max_cache_age=0)
+    app.add_static_files(REPORT_STYLES, STYLES, max_cache_age=0)
     app.get("/", include_in_schema=False)(lambda: RedirectResponse("/teach"))
     app.add_middleware(Policy)
     app.add_middleware(Guard, token=token)  # the last one added comes first

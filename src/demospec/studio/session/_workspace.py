@@ -88,7 +88,8 @@ class Workbench:
         self._rules = RulesSoFar()
         self._listeners: list[Callable[[], None]] = []
         before = () if scenes_only or self.original is None else self.original.demonstrations
-        self._before: tuple[Demonstration, ...] = tuple(before)
+        self.before: tuple[Demonstration, ...] = tuple(before)
+        """The demonstrations that the set came with."""
         self.journal = Journal(file, _digest(self.original, scenes_only))
         try:
             if not self.scenes:  # a damaged journal is refused here, in one line
@@ -110,6 +111,11 @@ class Workbench:
     def metres_per_unit(self) -> float | None:
         return None if self.original is None else self.original.metres_per_unit
 
+    def scale_of(self, scene_id: str) -> float | None:
+        """Metres per unit of one scene, or None where nobody has said it."""
+        self.scene(scene_id)
+        return self.metres_per_unit
+
     @property
     def standing(self) -> Taught:
         """Scenes and demonstrations as they stand, also after other processes' events."""
@@ -118,7 +124,7 @@ class Workbench:
             if self._standing is None or self._standing[0] != len(events):
                 scenes = () if self.original is None else self.original.scenes
                 try:
-                    now = taught(scenes, self._before, events, self._parsed)
+                    now = taught(scenes, self.before, events, self._parsed)
                 except (KeyError, TypeError, ValueError, IndexError, OSError) as error:
                     found = f"{type(error).__name__} {error}"
                     expected = "events as the studio writes them"

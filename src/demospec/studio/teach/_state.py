@@ -8,9 +8,9 @@ from typing import Any
 
 from demospec.demonstrations import Demonstration, checked_points
 from demospec.errors import DemospecError, InputError
+from demospec.report import short_name
 from demospec.rules import Query
 from demospec.scene import Polygon, Scene
-from demospec.studio.drawing._scene_svg import short_name
 from demospec.studio.session._workspace import Workbench
 from demospec.studio.teach._summary import (
     Conflict,

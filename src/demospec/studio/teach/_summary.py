@@ -14,6 +14,7 @@ import numpy as np
 
 from demospec.demonstrations import DemonstrationSet
 from demospec.errors import CannotJudgeError, InputError
+from demospec.report import more_answers
 from demospec.rules import ClearanceRule, Query, learn_rules, query_set
 from demospec.studio.session._distance_cache import fits, passing, path_digest
 from demospec.studio.session._distance_cache import near as measure
@@ -192,25 +193,15 @@ def question(data: DemonstrationSet | None, type: str, *, seed: int = 0) -> Quer
     )  # fmt: skip
 
 
-ANSWERS_A_BIT = 3.0
-"""Answers that one bit of doubt took in simulated teaching: the best question tells nearly one
-bit at first and ever less, and what it was about may turn out to be another class of object."""
-
-
 def how_many_more(query: Query, found: Understood) -> str:
-    """What to show next, or how many more answers would help, in words.
-
-    `Query.total` counts rules whose clearances differ by a quarter of a hundredth of the table;
-    once four are left, each clearance is known to about a hundredth.
-    """
+    """What to show next, or how many more answers would help, in words."""
     if not found.rejected:
         return "Next, show a path that comes too near, and reject it."
     if not found.accepted:
         return "Next, show a path that is far enough, and accept it."
-    if query.status == "settled" or not query.total or query.bits <= 0 or query.total <= 4:
-        return "Enough: further paths would tell little."
-    missing = math.log2(query.total) - 2.0
-    more = math.ceil(ANSWERS_A_BIT * missing)
+    more = more_answers(query.status, query.bits, query.total)
+    if not more:
+        return "Settled: more paths would hardly change the rule."
     answers = "One more answer" if more == 1 else f"About {more} more answers"
     return f"{answers} would settle it."
 

@@ -9,8 +9,7 @@ from markupsafe import Markup
 
 from demospec.demonstrations import Demonstration
 from demospec.frames import describe_length
-from demospec.studio.drawing._markup import joined
-from demospec.studio.drawing._scene_svg import VERDICTS, short_name
+from demospec.report import VERDICTS, joined, short_name
 from demospec.studio.teach._summary import Conflict, Understood
 
 

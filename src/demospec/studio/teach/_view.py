@@ -9,17 +9,18 @@ from urllib.parse import quote
 
 from markupsafe import Markup
 
-from demospec.studio.drawing._contours import rings_svg
-from demospec.studio.drawing._markup import element, fill, joined
-from demospec.studio.drawing._scene_svg import (
+from demospec.report import (
     ends_svg,
-    marks_svg,
+    joined,
+    over_svg,
     paths_svg,
     points_of,
+    rings_svg,
     scene_svg,
     short_name,
     view_box,
 )
+from demospec.studio.server._elements import element, fill
 from demospec.studio.teach._state import NEXT_AFTER, TeachState
 from demospec.studio.teach._summary import culprits
 from demospec.studio.teach._text import (
@@ -307,7 +308,7 @@ class TeachView:
             for look in ("halo", "question-path"):
                 parts.append(Markup('<polyline class="{}" points="{}"/>').format(look, points))
         parts.append(ends_svg(state.scene, words=len(parts) == 2 and not state.here))
-        fill(self.marks, marks_svg(state.scene, joined(parts)))
+        fill(self.marks, over_svg(state.scene, joined(parts)))
 
     def _show_list(self) -> None:
         rows = rows_html(self.state.here, self.state.chosen)

@@ -12,13 +12,10 @@ from demospec.demonstrations import DemonstrationSet
 from demospec.errors import InputError
 from demospec.files import writing_file
 from demospec.frames import FloatArray
-from demospec.report._scene_picture import ACCEPTED, REJECTED, new_figure
+from demospec.report._looks import ACCEPTED, INFLUENCE, REJECTED, RING
+from demospec.report.pictures._scene import new_figure
 from demospec.rules import ClearanceRule, RuleSet
 from demospec.scene import Disc, Footprint, Scene, SceneObject
-
-ENVELOPE = "#cc79a7"
-INFLUENCE = "#e69f00"
-"""Okabe–Ito reddish purple and orange."""
 
 _GRID = 240
 
@@ -103,12 +100,12 @@ def _bands(
     if not gaps:
         return
     inside = np.min([gap - rule.value[s] for s, gap in gaps.items()], axis=0)
-    ax.contourf(xs, ys, inside, levels=[-1e9, 0.0], colors=[ENVELOPE], alpha=0.3)
-    ax.contour(xs, ys, inside, levels=[0.0], colors=ENVELOPE, linewidths=1.3)
+    ax.contourf(xs, ys, inside, levels=[-1e9, 0.0], colors=[RING], alpha=0.3)
+    ax.contour(xs, ys, inside, levels=[0.0], colors=RING, linewidths=1.3)
     for symbol, gap in gaps.items():
         for end in rule.interval.get(symbol, ()):
             if 0 < end < np.inf:
-                ax.contour(xs, ys, gap, levels=[end], colors=ENVELOPE, linewidths=0.6,
+                ax.contour(xs, ys, gap, levels=[end], colors=RING, linewidths=0.6,
                            linestyles="dotted")  # fmt: skip
 
 
@@ -147,8 +144,8 @@ def _legend(rules: RuleSet) -> list[Any]:
     handles: list[Any] = [
         Line2D([], [], color=ACCEPTED, label="accepted"),
         Line2D([], [], color=REJECTED, linestyle="--", label="rejected"),
-        Patch(color=ENVELOPE, alpha=0.4, label="clearance kept"),
-        Line2D([], [], color=ENVELOPE, linestyle=":", label="its interval"),
+        Patch(color=RING, alpha=0.4, label="clearance kept"),
+        Line2D([], [], color=RING, linestyle=":", label="its interval"),
     ]
     if any((r.influence or {}).get("hull") for r in rules.rules.values()):
         handles.append(Line2D([], [], color=INFLUENCE, linestyle=":", label="influence radius"))

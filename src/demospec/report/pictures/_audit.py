@@ -9,8 +9,8 @@ from pathlib import Path
 
 from demospec.demonstrations import DemonstrationSet
 from demospec.files import writing_file
-from demospec.report._scene_picture import draw_path, draw_scene, new_figure, to_png
 from demospec.report._view import counted
+from demospec.report.pictures._scene import draw_path, draw_scene, new_figure, to_png
 
 COLUMNS = 4
 LIMIT = 24

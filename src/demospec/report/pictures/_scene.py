@@ -10,16 +10,12 @@ import numpy as np
 
 from demospec.frames import FloatArray
 from demospec.geometry import rims
+from demospec.report._looks import ACCEPTED, NEUTRAL, REJECTED
 from demospec.scene import Scene
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure as MplFigure
-
-ACCEPTED = "#0072b2"
-REJECTED = "#d55e00"
-NEUTRAL = "#000000"
-"""Okabe–Ito blue and vermillion: told apart by colour-blind readers, and by line style in grey."""
 
 
 def new_figure(

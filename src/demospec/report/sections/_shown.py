@@ -1,11 +1,12 @@
-"""Report section: what was demonstrated."""
+"""Report section: what was demonstrated, and which labels were changed."""
 
 from __future__ import annotations
 
-from demospec.report._build import Run
-from demospec.report._own_documents import clearance_words
-from demospec.report._scene_picture import demonstrations_picture
-from demospec.report._view import Block, Figure, Section, Table, Text, share
+from demospec.report._view import Block, Figure, Section, Table, Text, counted, percent, share
+from demospec.report.pictures._scene import demonstrations_picture
+from demospec.report.run._run import Run
+from demospec.report.sections._people import change_words
+from demospec.rules import clearance_words
 from demospec.scene import Scene
 
 
@@ -39,8 +40,31 @@ def shown(run: Run) -> Section:
         blocks.append(Text(_simulated(run)))
     note = "Brackets: 95 % interval of the share, n demonstrations."
     blocks.append(Table(header, tuple(rows), note=note))
+    if run.changes:
+        blocks.append(_changes(run))
     blocks.append(_pictures(run))
-    return Section("shown", "What was demonstrated", tuple(blocks))
+    judged = [int(v) for v in d.valid if v >= 0]
+    told = f"{percent(sum(judged) / len(judged), 0)} accepted" if judged else "none labelled"
+    lead = (
+        f"{counted(len(d), 'path')} in {counted(len(run.data.scenes), 'scene')}, {told}"
+        + (f"; {counted(len(run.changes), 'label')} changed afterwards" if run.changes else "")
+        + "."
+    )
+    return Section("shown", "What was demonstrated", tuple(blocks), lead)
+
+
+def _changes(run: Run) -> Table:
+    rows = tuple(
+        (c.demo_id, change_words(c.before, c.after).strip(" ()"), c.by or "–")
+        for c in run.changes[:30]
+    )
+    more = len(run.changes) - 30
+    return Table(
+        ("demonstration", "label now", "changed by"),
+        rows,
+        caption="Labels that were changed after they were given",
+        note=f"and {more} more" if more > 0 else "",
+    )
 
 
 def _pictures(run: Run) -> Figure:
@@ -71,10 +95,14 @@ def _kind(scene: Scene) -> str:
 
 def _simulated(run: Run) -> str:
     """That the demonstrators are simulated, and by which rule."""
+    assert run.truth is not None
     told = []
-    for type_, rule in (run.truth or {}).get("types", {}).items():
-        kept = clearance_words(rule.get("clearance") or {}, run.data.units)
-        told.append(f"{type_} keeps {kept}")
+    for type_, rule in run.truth.rules.items():
+        value = {} if rule.clearance is None else rule.clearance.value
+        kept = clearance_words(
+            value, list(value), [], metres_per_unit=run.data.metres_per_unit, units=run.data.units
+        )
+        told.append(f"{type_} {kept}")
     return (
         "The demonstrators are simulated, so the rule that made their labels is known: "
         f"{'; '.join(told)}. Nothing was learned from it; outcomes below are judged by it."

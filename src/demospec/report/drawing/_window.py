@@ -1,0 +1,34 @@
+"""The part of the plane that a drawing of a scene shows, and lengths short enough for it."""
+
+from __future__ import annotations
+
+from demospec.scene import Scene
+
+
+def view_box(scene: Scene) -> tuple[float, float, float, float]:
+    """(x, y, width, height) of the picture; without one, of start, goal and objects."""
+    if scene.size_px is not None:
+        return (0.0, 0.0, float(scene.size_px[0]), float(scene.size_px[1]))
+    boxes = [item.outline.bounds for item in scene.objects or ()]
+    xs = [scene.start[0], scene.goal[0], *(b[0] for b in boxes), *(b[2] for b in boxes)]
+    ys = [scene.start[1], scene.goal[1], *(b[1] for b in boxes), *(b[3] for b in boxes)]
+    side = max(max(xs) - min(xs), max(ys) - min(ys)) or 1.0
+    pad = 0.1 * side
+    width, height = max(xs) - min(xs) + 2 * pad, max(ys) - min(ys) + 2 * pad
+    return (min(xs) - pad, min(ys) - pad, width, height)
+
+
+def line_width(scene: Scene) -> float:
+    """Width of a thin line, in the scene's units."""
+    _, _, width, height = view_box(scene)
+    return max(width, height) / 200
+
+
+def short_length(value: float, scale: float | None, units: str = "px") -> str:
+    """``2.5 cm``, ``8 mm``, ``1.2 m``; in the scene's own unit where nobody knows its scale."""
+    metres = value if units == "m" else None if scale is None else value * scale
+    if metres is None:
+        return f"{value:.3g} {units}"
+    if abs(metres) >= 1:
+        return f"{metres:.2f} m"
+    return f"{1000 * metres:.0f} mm" if abs(metres) < 0.00995 else f"{100 * metres:.1f} cm"

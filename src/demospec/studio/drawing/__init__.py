@@ -1,1 +1,0 @@
-"""Drawing of scenes and contours as SVG."""

@@ -1,0 +1,86 @@
+// Results: downloads stay on the page, and the report comes once it is written.
+import { prepared } from "./connection.js";
+
+async function waitFor(selector) {
+  for (;;) {
+    const found = document.querySelector(selector);
+    if (found) return found;
+    await new Promise((done) => setTimeout(done, 30));
+  }
+}
+
+const take = await waitFor("#take");
+const choices = JSON.parse(take.dataset.choices);
+const field = (name) => take.querySelector(`[name=${name}]`);
+const said = take.querySelector(".re-said");
+const planned = ["nav2", "moveit", "mcap"];
+
+// Why a form cannot be had with what is chosen, or nothing.
+function missing(form) {
+  if (choices.missing[form]) return choices.missing[form];
+  return planned.includes(form) ? choices.missing_in[field("scene").value] ?? "" : "";
+}
+
+function show() {
+  const reasons = new Map();
+  for (const button of take.querySelectorAll("[data-form]")) {
+    const why = missing(button.dataset.form);
+    button.disabled = Boolean(why);
+    button.title = why;
+    if (why) reasons.set(why, [...(reasons.get(why) ?? []), button.textContent]);
+  }
+  take.querySelector("#take-why").replaceChildren(...[...reasons].map(([why, names]) => {
+    const line = document.createElement("span");
+    line.textContent = `${names.join(", ")}: ${why}`;
+    return line;
+  }));
+}
+
+async function download(form) {
+  const asked = new URLSearchParams({ form, of: take.dataset.of });
+  for (const name of ["rules", "scene", "type"]) asked.set(name, field(name).value);
+  said.textContent = "Making the file…";
+  said.classList.remove("wrong");
+  try {
+    const answer = await fetch(`/results/download?${asked}`);
+    if (!answer.ok) throw new Error(await answer.text());
+    const name = /filename="([^"]+)"/.exec(answer.headers.get("content-disposition"))?.[1] ?? form;
+    const link = Object.assign(document.createElement("a"), { href: URL.createObjectURL(await answer.blob()), download: name });
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
+    said.textContent = `${name} was downloaded.`;
+  } catch (error) {
+    said.textContent = `Nothing was downloaded. ${error.message}`;
+    said.classList.add("wrong");
+  }
+}
+
+// Types that the chosen rules know.
+function types() {
+  const known = choices.rules[field("rules").value] ?? [], before = field("type").value;
+  field("type").replaceChildren(...known.map((t) => new Option(t, t, t === before, t === before)));
+}
+
+take.addEventListener("click", (e) => {
+  const form = e.target.closest("[data-form]")?.dataset.form;
+  if (form) download(form);
+});
+take.addEventListener("change", () => { types(); show(); });
+types();
+show();
+prepared();
+
+const place = document.querySelector("#report");
+if (place) {
+  try {
+    const answer = await fetch(`/results/report?of=${encodeURIComponent(place.dataset.of)}`);
+    const text = await answer.text();
+    if (!answer.ok) throw new Error(text);
+    place.innerHTML = text; // the studio's own markup: whatever came from files is escaped in it
+  } catch (error) {
+    const line = Object.assign(document.createElement("p"), { className: "re-said wrong" });
+    line.textContent = `The report cannot be shown. ${error.message}`;
+    place.replaceChildren(line);
+  }
+  place.ariaBusy = "false";
+}
