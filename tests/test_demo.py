@@ -116,7 +116,7 @@ def test_report_of_a_damaged_run_is_one_line(run: Path, tmp_path: Path) -> None:
     broken = tmp_path / "run"
     shutil.copytree(run, broken)
     (broken / "plans.json").write_text(json.dumps({"plans": [{}]}))
-    with pytest.raises(InputError, match="documents as this version writes them"):
+    with pytest.raises(InputError, match=r"plans\.json, plans\.0\.scene: expected a value"):
         build_report(broken)
 
 

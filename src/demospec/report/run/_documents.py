@@ -249,8 +249,9 @@ def parsed(kind: Any, content: Any, file: Path, within: str = "") -> Any:
     except ValidationError as error:
         first = error.errors()[0]
         place = ".".join(str(part) for part in (*filter(None, [within]), *first["loc"])) or None
-        found = first["input"] if first["type"] != "missing" else "nothing"
-        raise InputError(first["msg"].lower(), found, file=file, field=place) from error
+        if first["type"] == "missing":
+            raise InputError("a value", "none", file=file, field=place) from error
+        raise InputError(first["msg"].lower(), first["input"], file=file, field=place) from error
 
 
 def evidence_of(rules: TypeRules, type: str) -> Evidence:
@@ -289,7 +290,7 @@ def accuracy_of(content: dict[str, Any], file: Path) -> Accuracy:
 def audit_of(content: dict[str, Any], file: Path) -> tuple[AuditEntry, ...]:
     """The verdicts of ``demospec audit``."""
     found: tuple[AuditEntry, ...] = parsed(
-        tuple[AuditEntry, ...], content.get("demonstrations"), file
+        tuple[AuditEntry, ...], content.get("demonstrations"), file, "demonstrations"
     )
     return found
 
@@ -307,7 +308,7 @@ def plans_of(content: dict[str, Any], file: Path, data: DemonstrationSet) -> tup
         InputError: Of a scene that the set does not have, too.
     """
     every = content.get("plans", [content])
-    found: tuple[PlanEntry, ...] = parsed(tuple[PlanEntry, ...], every, file)
+    found: tuple[PlanEntry, ...] = parsed(tuple[PlanEntry, ...], every, file, "plans")
     for row, plan in enumerate(found):
         if plan.scene not in data.scene_index:
             raise InputError("a scene of the set", plan.scene, file=file, row=row, field="scene")
@@ -357,8 +358,13 @@ def changes_of(provenance: Any, file: Path) -> tuple[LabelChange, ...]:
     while isinstance(provenance, dict):
         arguments = provenance.get("arguments")
         if isinstance(arguments, dict) and isinstance(arguments.get("changes"), dict):
+            doubted = set(arguments.get("by_audit") or ())
             changes[:0] = [
-                LabelChange(demo_id=name, after=_said(new["valid"]), by="demospec edit relabel")
+                LabelChange(
+                    demo_id=name,
+                    after=_said(new["valid"]),
+                    by="demospec edit relabel" + (" --audit" if name in doubted else ""),
+                )
                 for name, new in arguments["changes"].items()
                 if isinstance(new, dict) and "valid" in new
             ]
