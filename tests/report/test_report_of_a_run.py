@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable
 from html.parser import HTMLParser
@@ -13,6 +14,7 @@ import pytest
 from demospec.cli import main
 from demospec.demonstrations import read_set, simulate_set, write_set
 from demospec.files import read_json, write_json
+from demospec.frames import describe_length
 from demospec.report import (
     Figure,
     Lines,
@@ -34,8 +36,6 @@ METRES = 0.0082
 
 
 def table_length(tried: list[dict[str, float]]) -> str:
-    from demospec.frames import describe_length
-
     return describe_length(sum(r["moved"] for r in tried) / len(tried), METRES)
 
 
@@ -81,7 +81,9 @@ def test_a_set_and_rules_are_enough(run: Path) -> None:
     for type_, rule in rules.items():
         for symbol, value in rule["clearance"]["value"].items():
             if symbol in rule["clearance"]["relevant"]:
-                assert told[type_, symbol] == f"{100 * value * METRES:.1f} cm"
+                ends = [math.inf if v is None else v for v in rule["clearance"]["interval"][symbol]]
+                words = describe_length(value, METRES, interval=(ends[0], ends[1]))
+                assert told[type_, symbol] == words
     assert any(rule["sentence"] in s for rule in rules.values() for s in report.summary)
 
 

@@ -35,7 +35,7 @@ EVIL = "<img src=x onerror=alert(1)>'\"</style><script>"
 
 @pytest.fixture(scope="module")
 def made() -> tuple[DemonstrationSet, RuleSet]:
-    data, _ = simulate_set(train_scenes=2, test_scenes=1, demonstrations=4, seed=3)
+    data, _ = simulate_set(train_scenes=3, test_scenes=1, demonstrations=8, seed=3)
     return data, learn_rules(data.of_split("train"), influence=False)
 
 
@@ -94,6 +94,12 @@ def test_lights_follow_the_documents(run: Run) -> None:
     assert bad["Enough shown"] == ("mixed", "about 6 more answers would settle it")
     assert bad["Answers agree"][0] == "mixed"
     assert mine[0] in bad["Answers agree"][1]
+    assert run.rules is not None
+    careful = run.rules.rules["careful"]
+    assert careful.fit is not None
+    chance = replace(careful, fit=replace(careful.fit, verdict="not"))
+    doubtful = shown(rules=RuleSet({"careful": chance}))["Answers agree"]
+    assert doubtful == ("mixed", "too few answers to tell the rule from chance")
     # Nothing known decides: that is neither kept nor broken.
     open_ = shown(plans=(plan.model_copy(update={"obeys": None}),))
     assert open_["Plans keep the rule"][0] == "unknown"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from html import unescape
 from pathlib import Path
 from typing import Any
 
@@ -70,7 +71,7 @@ def test_what_was_taught_becomes_a_report_with_the_same_numbers(bench: Workbench
     assert {light.name for p in report.people for light in p.lights if light.state != "unknown"}
     name, media, content = export(bench, "report", of="taught")
     assert (name, media) == ("report.html", "text/html")
-    assert report.people[0].sentence in content.decode()
+    assert report.people[0].sentence in unescape(content.decode())
 
 
 def test_labels_that_were_changed_are_in_the_report(bench: Workbench) -> None:

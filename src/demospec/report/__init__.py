@@ -39,7 +39,7 @@ if TYPE_CHECKING:
         scene_svg,
         short_name,
     )
-    from demospec.report.drawing._window import line_width, short_length, view_box
+    from demospec.report.drawing._window import line_width, view_box
     from demospec.report.pictures._audit import audit_picture
     from demospec.report.pictures._causal import draw_causal_picture, save_causal_picture
     from demospec.report.pictures._effect import (
@@ -108,7 +108,6 @@ __all__ = [
     "render_parts",
     "ring_words_svg",
     "rings_svg",
-    "short_length",
     "save_causal_picture",
     "save_figure",
     "scene_svg",
@@ -126,7 +125,7 @@ _HOME = {
     ),
     **dict.fromkeys(("Run", "read_run"), "run._run"),
     **dict.fromkeys(("contour_at", "ring_words_svg", "rings_svg"), "drawing._contours"),
-    **dict.fromkeys(("line_width", "short_length", "view_box"), "drawing._window"),
+    **dict.fromkeys(("line_width", "view_box"), "drawing._window"),
     **dict.fromkeys(
         (
             "VERDICTS", "data_url", "ends_svg", "line_svg", "objects_svg", "over_svg", "paths_svg",

@@ -110,14 +110,16 @@ def _number(value: Any, field: str) -> float:
 def with_doubt(sentence: str, fit: Fit) -> str:
     """A rule's sentence with what the test of its fit says."""
     n = fit.n
-    if fit.verdict == "not" and fit.explained is not None:
-        text = "distance to the listed objects does not explain this person's answers "
-        if fit.contradicted:
-            chance = "" if fit.chance is None else f"; chance would give {fit.chance:.0f}"
-            text += f"({fit.contradicted} of {n} contradict the best rule{chance})"
-        else:
-            text += f"(so few agree with some rule by chance: p = {fit.p_chance:.2g})"
+    if fit.verdict == "not" and fit.explained is not None and fit.contradicted:
+        chance = "" if fit.chance is None else f"; chance would give {fit.chance:.0f}"
+        text = (
+            "distance to the listed objects does not explain this person's answers "
+            f"({fit.contradicted} of {n} contradict the best rule{chance})"
+        )
         return text + _suspected(fit, "what goes with the answers")
+    if fit.verdict == "not" and fit.explained is not None:
+        # Nothing contradicts the rule: it is the best guess, of which little is known yet.
+        sentence += f"; so few answers agree with some rule by chance (p = {fit.p_chance:.2g})"
     if fit.contradicted:
         sentence += f"; {contradictions(fit.contradicted, n)}"
     return sentence + _suspected(fit, "what goes with the rest")

@@ -12,7 +12,7 @@ from markupsafe import Markup
 
 from demospec.frames import describe_length
 from demospec.report.drawing._markup import joined
-from demospec.report.drawing._window import short_length, view_box
+from demospec.report.drawing._window import view_box
 from demospec.rules import ClearanceRule
 from demospec.scene import Footprint, Scene
 
@@ -40,12 +40,11 @@ def rings_svg(
         low = max(low, 0.0)
         shape: Any = item.outline
         inner = outline_at(shape, low)
-        words = f"{item.symbol}: keep at least {describe_length(low, scale, units)}"
+        words = f"{item.symbol}: {describe_length(value, scale, units, interval=(low, high))}"
         if math.isfinite(high):
             outer = outline_at(shape, high)
             bands.append(Markup('<path class="ring-band" d="{}{}"/>').format(outer, inner))
             rims.append(Markup('<path class="ring upper" d="{}"/>').format(outer))
-            words += f", at most {describe_length(high, scale, units)}"
         rims.append(
             Markup('<path class="ring lower" d="{}"><title>{}</title></path>').format(inner, words)
         )
@@ -91,7 +90,7 @@ def ring_words_svg(
         value = rule.value[item.symbol]
         low, high = rule.interval.get(item.symbol, (value, value))
         reach = high if math.isfinite(high) else max(low, 0.0)
-        words = short_length(value, scale, units)
+        words = describe_length(value, scale, units)
         half = 0.3 * size * len(words)
         above, below = y0 - reach - 0.4 * size, y1 + reach + 1.1 * size
         at = above if above - size > y else below

@@ -1,4 +1,4 @@
-"""The part of the plane that a drawing of a scene shows, and lengths short enough for it."""
+"""The part of the plane that a drawing of a scene shows."""
 
 from __future__ import annotations
 
@@ -22,13 +22,3 @@ def line_width(scene: Scene) -> float:
     """Width of a thin line, in the scene's units."""
     _, _, width, height = view_box(scene)
     return max(width, height) / 200
-
-
-def short_length(value: float, scale: float | None, units: str = "px") -> str:
-    """``2.5 cm``, ``8 mm``, ``1.2 m``; in the scene's own unit where nobody knows its scale."""
-    metres = value if units == "m" else None if scale is None else value * scale
-    if metres is None:
-        return f"{value:.3g} {units}"
-    if abs(metres) >= 1:
-        return f"{metres:.2f} m"
-    return f"{1000 * metres:.0f} mm" if abs(metres) < 0.00995 else f"{100 * metres:.1f} cm"

@@ -11,7 +11,8 @@ WORDS = (
      ("clearance",)),
     ("type", "A kind of person with one preference, such as careful. Its paths are learned from "
      "together.", ("type",)),
-    ("allowed", "Every clearance between the two ends explains the answers.", ("allowed",)),
+    ("allowed", "In brackets: every clearance between the two ends explains the answers.",
+     ("allowed",)),
     ("95 % interval", "Where the same were done again and again, the true number would lie in "
      "such brackets in 95 of 100 times.", ("95 %",)),
     ("bit", "What a yes-or-no answer tells at most: it halves what is left open.", (" bit",)),

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from demospec.causal import CausalFindings, Estimate, Placebo, SymbolEffect
+from demospec.frames import describe_length
 from demospec.report._view import (
     Block,
     Figure,
@@ -18,7 +19,6 @@ from demospec.report._view import (
     counted,
     number,
 )
-from demospec.report.drawing._window import short_length
 from demospec.report.pictures._audit import reviewed_picture
 from demospec.report.pictures._causal import draw_causal_picture
 from demospec.report.pictures._scene import draw_path, draw_scene, new_figure, to_png
@@ -181,21 +181,21 @@ def _clearances(run: Run) -> Table:
         if evidence.interval != "exact" and clearance.value:
             credible.append(name)
         for symbol, value in clearance.value.items():
-            ends = clearance.interval.get(symbol)
-            rows.append(
-                (name, symbol, _length(run, value), _span(run, ends), _chance(chance, symbol),
-                 count)
+            length = describe_length(
+                value, run.data.metres_per_unit, run.data.units,
+                interval=clearance.interval.get(symbol),
             )  # fmt: skip
+            rows.append((name, symbol, length, _chance(chance, symbol), count))
         for symbol in clearance.uninformed:
-            rows.append((name, symbol, "–", "–", "no demonstration informs", count))
+            rows.append((name, symbol, "–", "no demonstration informs", count))
         free = [s for s in chance if s not in (*clearance.value, *clearance.uninformed)]
         if free and evidence.rejected == 0:
-            rows.append((name, ", ".join(free), "–", "–", "nothing was rejected", count))
+            rows.append((name, ", ".join(free), "–", "nothing was rejected", count))
             free = []
         for told in dict.fromkeys(_chance(chance, s) for s in free):
             these = ", ".join(s for s in free if _chance(chance, s) == told)
-            rows.append((name, these, "none", "–", told, count))
-    header = ("type", "class", "clearance", "allowed", "probability that it matters",
+            rows.append((name, these, "none", told, count))
+    header = ("type", "class", "clearance (allowed)", "probability that it matters",
               "n (rejected)")  # fmt: skip
     note = ""
     if credible:
@@ -205,19 +205,6 @@ def _clearances(run: Run) -> Table:
             "objects are exact. Of the others nothing else explains the labels."
         )
     return Table(header, tuple(rows), note=note)
-
-
-def _length(run: Run, value: float) -> str:
-    return short_length(value, run.data.metres_per_unit, run.data.units)
-
-
-def _span(run: Run, ends: tuple[float, float] | None) -> str:
-    if ends is None:
-        return "–"
-    low, high = ends
-    if not math.isfinite(high):
-        return f"{_length(run, max(low, 0.0))} or more"
-    return f"{_length(run, max(low, 0.0))} to {_length(run, high)}"
 
 
 def _chance(chance: dict[str, float], symbol: str) -> str:

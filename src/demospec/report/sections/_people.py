@@ -43,7 +43,11 @@ def _person(run: Run, name: str, rules: TypeRules) -> Person:
         name,
         f"{sentence[:1].upper()}{sentence[1:].rstrip('.')}.",
         _picture(run, name, rules, evidence, asked),
-        (enough_shown(evidence, asked), answers_agree(run, name, evidence), _plans(run, name)),
+        (
+            enough_shown(evidence, asked),
+            answers_agree(run, name, rules, evidence),
+            _plans(run, name),
+        ),
         _facts(run, name, rules, evidence, asked),
     )
 
@@ -87,9 +91,14 @@ def enough_shown(evidence: Evidence, asked: QueryEntry | None) -> Light:
     return Light(name, "mixed", f"about {counted(more, 'more answer')} would settle it")
 
 
-def answers_agree(run: Run, name: str, evidence: Evidence) -> Light:
-    """Whether some answers contradict what the others follow."""
+def answers_agree(run: Run, name: str, rules: TypeRules, evidence: Evidence) -> Light:
+    """Whether the rule explains the answers, and which ones contradict the others."""
     title, doubted = "Answers agree", contradicting(run, name, evidence)
+    if rules.fit is not None and rules.fit.verdict == "not" and doubted:
+        words = "distances to what is listed do not explain the answers better than chance"
+        return Light(title, "bad", words)
+    if rules.fit is not None and rules.fit.verdict == "not":
+        return Light(title, "mixed", "too few answers to tell the rule from chance")
     if doubted is None:
         return Light(title, "unknown", "not computed (demospec audit looks for contradictions)")
     if not doubted:
@@ -98,7 +107,9 @@ def answers_agree(run: Run, name: str, evidence: Evidence) -> Light:
     n = evidence.n or len(run.data.demonstrations)
     verb = "contradicts" if len(doubted) == 1 else "contradict"
     words = f"{len(doubted)} of {n} {verb} the others: {named(doubted)}"
-    return Light(title, "mixed" if len(doubted) <= max(1, n // 10) else "bad", words)
+    few = len(doubted) <= max(1, n // 10)
+    partly = rules.fit is not None and rules.fit.verdict == "partly"
+    return Light(title, "mixed" if few or partly else "bad", words)
 
 
 def contradicting(run: Run, name: str, evidence: Evidence) -> tuple[str, ...] | None:
@@ -155,6 +166,9 @@ def _facts(
     if unknown:
         words = f"{', '.join(unknown)}: no answer decides whether the distance to them matters."
         facts.append(("Not known:", words))
+    notes = () if rules.fit is None else tuple(s.note for s in rules.fit.suspects if s.note)
+    if notes:
+        facts.append(("What else may matter:", "; ".join(notes) + "."))
     d = run.data.demonstrations
     mine = {str(demo) for i, demo in enumerate(d.demo_id) if d.type[i] == name}
     changed = [c for c in run.changes if c.demo_id in mine]
