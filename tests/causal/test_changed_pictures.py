@@ -7,11 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from demospec.causal import PictureEditor, Settings, editor_for, estimate, trials_of_set
-from demospec.causal._cutouts import Cutout
+from demospec.causal import Settings, editor_for, estimate, trials_of_set
 from demospec.demonstrations import simulate_set
 from demospec.rules import rules_from_document
-from demospec.scene import Picture
+from demospec.scene import Editor, Picture, cut_out
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +40,7 @@ def test_catalogue_items_change_only_their_place(simulated) -> None:  # type: ig
     editor = editor_for(data.scenes)
     scene = data.scenes[0]
     for symbol in data.symbols:
-        thing = editor.things(symbol, scene)[0]
+        thing = editor.templates(symbol, scene)[0]
         after = thing.put(scene, (50.0, 30.0), 0.7)
         radius = thing.radius_px(scene)
         assert len(after.objects) == len(scene.objects) + 1
@@ -57,21 +56,21 @@ def test_catalogue_items_change_only_their_place(simulated) -> None:  # type: ig
 
 def test_train_scenes_get_train_items(simulated) -> None:  # type: ignore[no-untyped-def]
     data, _ = simulated
-    editor = PictureEditor(data.scenes)
-    train = {t.name for t in editor.things("glass", data.scenes[0])}
-    test = {t.name for t in editor.things("glass", replace(data.scenes[0], split="test"))}
+    editor = Editor(data.scenes)
+    train = {t.name for t in editor.templates("glass", data.scenes[0])}
+    test = {t.name for t in editor.templates("glass", replace(data.scenes[0], split="test"))}
     assert train
     assert test
     assert not train & test
 
 
 def test_user_pictures_get_cut_outs_of_their_own_objects(photographs) -> None:  # type: ignore[no-untyped-def]
-    editor = PictureEditor(photographs)
+    editor = Editor(photographs)
     source = next(s for s in photographs for o in s.objects if o.symbol == "glass")
     glass = next(o for o in source.objects if o.symbol == "glass")
-    assert all(isinstance(t, Cutout) for t in editor.things("glass", photographs[0]))
+    assert all("cut from scene" in t.name for t in editor.templates("glass", photographs[0]))
     target = photographs[-1]
-    after = Cutout(source, glass).put(target, (30.0, 20.0))
+    after = cut_out(source, glass.id).laid(target, (30.0, 20.0), "new")
     new = after.objects[-1]
     shift = np.round(np.asarray(new.center) - glass.center).astype(int)
     assert np.allclose(np.asarray(new.center) - glass.center, shift)  # whole pixels
@@ -85,16 +84,16 @@ def test_user_pictures_get_cut_outs_of_their_own_objects(photographs) -> None:  
 
 
 def test_a_symbol_that_no_picture_shows_comes_from_the_catalogue(photographs) -> None:  # type: ignore[no-untyped-def]
-    editor = PictureEditor(photographs, metres_per_unit=0.0082)
-    things = editor.things("drill", photographs[0])
+    editor = Editor(photographs, metres_per_unit=0.0082)
+    things = editor.templates("drill", photographs[0])
     assert things
-    assert not any(isinstance(t, Cutout) for t in things)
-    assert not PictureEditor(photographs, source="cutouts").things("drill", photographs[0])
-    assert not editor.things("unicorn", photographs[0])
+    assert all(t.name.startswith("builtin/") for t in things)
+    assert not Editor(photographs, source="cutouts").templates("drill", photographs[0])
+    assert not editor.templates("unicorn", photographs[0])
 
 
 def test_moving_a_cut_out_keeps_its_name_and_frees_its_place(photographs) -> None:  # type: ignore[no-untyped-def]
-    editor = PictureEditor(photographs)
+    editor = Editor(photographs)
     scene = photographs[0]
     item = scene.objects[0]
     to = (50.0, 8.0) if np.hypot(item.center[0] - 50, item.center[1] - 8) > 30 else (50.0, 92.0)
@@ -179,7 +178,7 @@ def test_notes_on_types_that_were_hardly_shown(simulated) -> None:  # type: igno
 def test_pictures_larger_than_others_keep_their_own_frame(photographs) -> None:  # type: ignore[no-untyped-def]
     wide = np.full((60, 160, 3), 120, dtype=np.uint8)
     scene = replace(photographs[0], picture=Picture(array=wide), objects=())
-    after = Cutout(photographs[0], photographs[0].objects[0]).put(scene, (150.0, 30.0))
+    after = cut_out(photographs[0], photographs[0].objects[0].id).laid(scene, (150.0, 30.0), "new")
     assert after.pixels().shape == wide.shape
 
 

@@ -11,9 +11,9 @@ from demospec.causal import (
     Settings,
     agreement,
     boundary_shift,
+    but_for,
     effect_map,
     find_causes,
-    had_it_not_been_there,
     rules_of_causes,
 )
 from demospec.demonstrations import fit_bezier
@@ -35,7 +35,7 @@ def table_with(**discs: tuple[str, float, float]) -> Scene:
 
 def test_the_object_without_which_the_verdict_flips(truth) -> None:  # type: ignore[no-untyped-def]
     scene = table_with(cup=("glass", 50.0, 50.0), dish=("plate", 20.0, 20.0))
-    found = had_it_not_been_there(truth, scene, STRAIGHT, "normal")
+    found = but_for(truth, scene, STRAIGHT, "normal")
     assert found.p_valid == 0.0
     assert found.causes == ("cup",)
     assert found.without[0].p_valid == 1.0
@@ -49,7 +49,7 @@ def test_the_object_without_which_the_verdict_flips(truth) -> None:  # type: ign
 
 def test_two_objects_that_each_forbid_the_path(truth) -> None:  # type: ignore[no-untyped-def]
     scene = table_with(cup=("glass", 30.0, 70.0), mug=("glass", 70.0, 30.0))
-    found = had_it_not_been_there(truth, scene, STRAIGHT, "careful")
+    found = but_for(truth, scene, STRAIGHT, "careful")
     assert found.causes == ()
     assert found.empty_p_valid == 1.0
     assert "all together do" in found.sentence
@@ -57,12 +57,12 @@ def test_two_objects_that_each_forbid_the_path(truth) -> None:  # type: ignore[n
 
 def test_a_path_that_nothing_decides(truth) -> None:  # type: ignore[no-untyped-def]
     scene = table_with(cup=("glass", 20.0, 20.0))
-    found = had_it_not_been_there(truth, scene, STRAIGHT, "aggressive")
+    found = but_for(truth, scene, STRAIGHT, "aggressive")
     assert found.causes == ()
     assert found.p_valid == found.empty_p_valid == 1.0
     assert "by at most 0.00" in found.sentence
     with pytest.raises(CannotJudgeError):
-        had_it_not_been_there(truth, replace(scene, objects=None), STRAIGHT, "careful")
+        but_for(truth, replace(scene, objects=None), STRAIGHT, "careful")
 
 
 def test_effect_map_knows_where_it_matters(truth) -> None:  # type: ignore[no-untyped-def]
@@ -183,7 +183,7 @@ def test_single_cases_are_drawn(truth, tmp_path) -> None:  # type: ignore[no-unt
 
     scene = table_with(cup=("glass", 50.0, 50.0), a=("bowl", 4.0, 4.0), b=("bowl", 96.0, 96.0))
     bare = scene.with_changes(objects=scene.listed_objects()[1:], picture=None)
-    case = had_it_not_been_there(truth, scene, STRAIGHT, "careful")
+    case = but_for(truth, scene, STRAIGHT, "careful")
     figures = {
         "map": draw_effect_map(
             effect_map(truth, scene, "glass", "normal", grid=5, draws=10), scene

@@ -7,14 +7,13 @@ tests with Holm's correction, a minimum effect, and words. No network classes in
 from demospec.causal._agreement import Agreement, Disagreement, agreement
 from demospec.causal._boundary import Boundary, BoundaryShift, boundary_shift
 from demospec.causal._causal_rules import rules_of_causes
-from demospec.causal._counterfactual import Counterfactual, Without, had_it_not_been_there
+from demospec.causal._counterfactual import Counterfactual, Without, but_for
+from demospec.causal._counterfactual import but_for as had_it_not_been_there
 from demospec.causal._document import findings_from_document
 from demospec.causal._effect_map import EffectMap, effect_map
 from demospec.causal._estimate import estimate
 from demospec.causal._find import editor_for, find_causes, run_trials
 from demospec.causal._find_in_set import trials_of_set, trials_of_stored
-from demospec.causal._interventions import Editor, ListEditor, Thing
-from demospec.causal._picture_editor import PictureEditor
 from demospec.causal._results import (
     CausalFindings,
     Estimate,
@@ -36,17 +35,14 @@ __all__ = [
     "Without",
     "agreement",
     "boundary_shift",
+    "but_for",
     "effect_map",
     "had_it_not_been_there",
     "CausalFindings",
-    "Editor",
     "Estimate",
-    "ListEditor",
-    "PictureEditor",
     "Placebo",
     "Settings",
     "SymbolEffect",
-    "Thing",
     "Trial",
     "TrialTable",
     "TypeEffect",

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from demospec.causal._places import OVERHANG, paths_of, region_of, region_of_scene
+from demospec.causal._paths import control_region, paths_of, region_of, region_of_scene
 from demospec.demonstrations import View
 from demospec.frames import FloatArray
 from demospec.scene import Scene
@@ -59,10 +59,7 @@ def boundary_shift(before: View, after: View, type: str, *, grid: int = 51) -> B
         grid: Control points along each axis.
     """
     scene = before.scene
-    area = region_of_scene(scene, region_of([scene]))
-    low, high = np.asarray(area.low), np.asarray(area.high)
-    over = OVERHANG * (high - low)
-    low, high = low - over, high + over
+    low, high = control_region(region_of_scene(scene, region_of([scene])))
     x, y = (np.linspace(low[k], high[k], grid) for k in (0, 1))
     controls = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
     maps = [_map(view, scene, controls, type, grid) for view in (before, after)]

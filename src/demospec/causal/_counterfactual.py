@@ -1,4 +1,4 @@
-"""Had it not been there: one trajectory, judged again without each object.
+"""But-for counterfactual: one trajectory, judged again without each object.
 
 Source: the counterfactual reading of Angelov et al. 2020's structural causal model; the paper
 adds objects only ("we do not have the ability" to remove them).
@@ -13,9 +13,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from demospec.causal._find import editor_for
-from demospec.causal._interventions import Editor
 from demospec.demonstrations import ValidityModel, checked_points
-from demospec.scene import Scene
+from demospec.scene import Editor, Scene
 
 
 @dataclass(frozen=True)
@@ -62,7 +61,7 @@ class Counterfactual:
         return {**asdict(self), "causes": list(self.causes)}
 
 
-def had_it_not_been_there(
+def but_for(
     model: ValidityModel,
     scene: Scene,
     path: ArrayLike,
@@ -80,7 +79,7 @@ def had_it_not_been_there(
     Raises:
         CannotJudgeError: Objects not listed.
     """
-    hands = editor or editor_for([scene])
+    editor = editor or editor_for([scene])
     points = checked_points(path)[:, :2]
     objects = scene.listed_objects()
 
@@ -90,14 +89,14 @@ def had_it_not_been_there(
     now = ask(scene)
     without = []
     for item in objects:
-        p = ask(hands.remove(scene, item.id))
+        p = ask(editor.remove(scene, item.id))
         without.append(Without(item.id, item.symbol, p, (p > 0.5) != (now > 0.5)))
     without.sort(key=lambda w: -abs(w.p_valid - now))
     empty = None
     if objects:
         bare = scene
         for item in objects:
-            bare = hands.remove(bare, item.id)
+            bare = editor.remove(bare, item.id)
         empty = ask(bare)
     sentence = _sentence(type, now, without, empty)
     return Counterfactual(scene.scene_id, type, now, tuple(without), empty, sentence)

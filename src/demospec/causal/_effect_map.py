@@ -8,20 +8,13 @@ import numpy as np
 
 from demospec.causal._estimate import stable_seed
 from demospec.causal._find import editor_for
-from demospec.causal._interventions import Editor, Thing
-from demospec.causal._places import (
-    draw_controls,
-    paths_of,
-    region_of,
-    region_of_scene,
-    room_at,
-)
+from demospec.causal._paths import draw_controls, paths_of, region_of, region_of_scene
 from demospec.causal._scene_trials import CLEAR_ENDS, GAP
 from demospec.demonstrations import ValidityModel
 from demospec.errors import InputError
 from demospec.frames import FloatArray
 from demospec.progress import Progress, silent
-from demospec.scene import Scene
+from demospec.scene import Editor, Scene, Template, room_around
 
 
 @dataclass(frozen=True)
@@ -61,7 +54,7 @@ def effect_map(
     draws: int = 100,
     seed: int = 0,
     editor: Editor | None = None,
-    thing: Thing | None = None,
+    template: Template | None = None,
     progress: Progress = silent,
 ) -> EffectMap:
     """Adds the same item, unturned, at every free place of a grid.
@@ -70,34 +63,35 @@ def effect_map(
         grid: Places along each axis.
         draws: Random paths judged at every place, the same ones.
         editor: By default `editor_for` this scene (for lists and cut-outs: of its own objects).
-        thing: Which item; by default one that `seed` draws.
+        template: Which item; by default one that `seed` draws.
 
     Raises:
         InputError: Nothing of that symbol can be added.
     """
-    hands = editor or editor_for([scene])
+    editor = editor or editor_for([scene])
     rng = np.random.default_rng(stable_seed(seed, scene.scene_id, "map", symbol))
-    if thing is None:
-        things = hands.things(symbol, scene)
-        if not things:
+    if template is None:
+        templates = editor.templates(symbol, scene)
+        if not templates:
             expected = "a symbol that the scene or the catalogue has"
             raise InputError(expected, symbol, field="symbol")
-        thing = things[int(rng.integers(len(things)))]
+        template = templates[int(rng.integers(len(templates)))]
     area = region_of_scene(scene, region_of([scene]))
     paths = paths_of(scene, draw_controls(area, draws, rng))
     before = float(model.see(scene).p_valid(paths, type).mean())
-    step = (np.asarray(area.high) - np.asarray(area.low)) / grid
-    x = area.low[0] + (np.arange(grid) + 0.5) * step[0]
-    y = area.low[1] + (np.arange(grid) + 0.5) * step[1]
+    width, height = area[2] - area[0], area[3] - area[1]
+    steps = np.arange(grid, dtype=np.float64) + 0.5
+    x, y = area[0] + steps * (width / grid), area[1] + steps * (height / grid)
     places = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
-    width = area.high[0] - area.low[0]
-    room = room_at(hands.listed(scene), area, places, clear_ends_px=CLEAR_ENDS * width,
-                   gap_px=GAP * width)  # fmt: skip
+    room = room_around(
+        editor.listed(scene), places, gap_px=GAP * width, end_gap_px=CLEAR_ENDS * width,
+        bounds=area,
+    )  # fmt: skip
     effect = np.full(len(places), np.nan)
-    free = np.flatnonzero(room >= thing.radius_px(scene))
+    free = np.flatnonzero(room >= template.radius_px(scene))
     for k, i in enumerate(free):
         progress(f"places for {symbol}", k, len(free))
-        after = thing.put(scene, (float(places[i, 0]), float(places[i, 1])), 0.0)
+        after = template.put(scene, (float(places[i, 0]), float(places[i, 1])), 0.0)
         effect[i] = float(model.see(after).p_valid(paths, type).mean()) - before
     progress(f"places for {symbol}", 1, 1)
-    return EffectMap(scene.scene_id, type, symbol, x, y, effect.reshape(grid, grid), thing.name)
+    return EffectMap(scene.scene_id, type, symbol, x, y, effect.reshape(grid, grid), template.name)

@@ -10,17 +10,16 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from demospec.causal._estimate import estimate
-from demospec.causal._interventions import Editor, ListEditor
-from demospec.causal._picture_editor import PictureEditor, Source
-from demospec.causal._places import region_of
+from demospec.causal._paths import region_of
 from demospec.causal._results import CausalFindings, Settings
 from demospec.causal._scene_trials import SceneTrials
 from demospec.causal._trials import TrialTable
 from demospec.demonstrations import ValidityModel
 from demospec.errors import CannotJudgeError, InputError
 from demospec.frames import FloatArray
+from demospec.geometry import Polygon
 from demospec.progress import Progress, silent
-from demospec.scene import Scene
+from demospec.scene import Editor, Scene, SceneObject, Source
 
 
 def find_causes(
@@ -107,10 +106,10 @@ def prepared(
     chosen_types = _types(model, types)
     if not scenes:
         raise InputError("at least one scene", "none", field="scenes")
-    hands = editor if editor is not None else editor_for(scenes)
-    wanted, skipped = _symbols(scenes, symbols, hands, skip_absent)
+    editor = editor if editor is not None else editor_for(scenes)
+    wanted, skipped = _symbols(scenes, symbols, editor, skip_absent)
     run = SceneTrials(
-        model, hands, chosen_types, wanted, settings or Settings(), region_of(scenes), paths
+        model, editor, chosen_types, wanted, settings or Settings(), region_of(scenes), paths
     )
     return run, skipped
 
@@ -122,15 +121,24 @@ def editor_for(
     catalogue: str | None = None,
     metres_per_unit: float | None = None,
 ) -> Editor:
-    """Changes pictures too where the scenes have them, else object lists alone.
+    """The editor of these scenes; where one lists no objects, they are detected in its picture.
 
     Args:
-        source, catalogue, metres_per_unit: See `PictureEditor`.
+        source, catalogue, metres_per_unit: See `Editor`.
     """
-    if all(scene.picture is None for scene in scenes):
-        return ListEditor(scenes)
-    return PictureEditor(
-        scenes, source=source, catalogue=catalogue, metres_per_unit=metres_per_unit
+    return Editor(
+        scenes, source=source, catalogue=catalogue, metres_per_unit=metres_per_unit,
+        detect=_detected,
+    )  # fmt: skip
+
+
+def _detected(scene: Scene) -> tuple[SceneObject, ...]:
+    from demospec.perception import observe
+
+    return tuple(
+        SceneObject(f"seen-{i}", d.kind, d.center, d.bbox, Polygon(d.polygon))
+        for i, d in enumerate(observe(scene.pixels()).detections)
+        if len(d.polygon) >= 3
     )
 
 
@@ -159,7 +167,9 @@ def _symbols(
         expected = "symbols to add (the scenes list no objects: name them)"
         raise InputError(expected, "none", field="symbols")
     skipped = {
-        s: "it occurs in no scene, and no catalogue has it" for s in wanted if not editor.things(s)
+        s: "it occurs in no scene, and no catalogue has it"
+        for s in wanted
+        if not editor.templates(s)
     }
     if skipped and (not skip_absent or len(skipped) == len(wanted)):
         known = ", ".join(present) or "none"

@@ -10,7 +10,6 @@ from functools import partial
 from typing import Any, Literal
 
 from demospec.causal._find import editor_for, prepared
-from demospec.causal._picture_editor import Source
 from demospec.causal._results import Settings
 from demospec.causal._scene_trials import Collected, SceneTrials
 from demospec.causal._trials import TrialTable
@@ -25,7 +24,7 @@ from demospec.errors import InputError
 from demospec.frames import FloatArray
 from demospec.parallel import iterate_tasks
 from demospec.progress import Progress, silent
-from demospec.scene import Scene
+from demospec.scene import Scene, Source
 
 SCENES_A_TASK = 2
 """Scenes of one task: a table of twenty scenes then keeps ten workers busy."""
@@ -53,7 +52,7 @@ def trials_of_set(
         split: Which scenes.
         paths: ``random`` Bézier curves, or the scene's own ``demonstrations`` (whatever their
             type and verdict), for tasks in which people do not draw Bézier curves.
-        source, catalogue: Where what is added comes from; see `PictureEditor`.
+        source, catalogue: Where what is added comes from; see `Editor`.
 
     Raises:
         InputError: No scene of that split; an unknown type or symbol.

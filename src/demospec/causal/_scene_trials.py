@@ -8,14 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from demospec.causal._estimate import stable_seed
-from demospec.causal._interventions import Editor, Thing
-from demospec.causal._places import (
-    Region,
+from demospec.causal._paths import (
     distance_from_line,
     draw_controls,
-    free_spots,
     paths_of,
-    reach,
     region_of_scene,
 )
 from demospec.causal._results import Settings
@@ -23,8 +19,9 @@ from demospec.causal._trials import Trial, TrialTable
 from demospec.demonstrations import Paths, ValidityModel, fit_bezier
 from demospec.errors import CannotJudgeError
 from demospec.frames import FloatArray
+from demospec.geometry import Bounds
 from demospec.progress import Progress, silent
-from demospec.scene import Scene
+from demospec.scene import Editor, Scene, Template, free_places, room_around
 
 CLEAR_ENDS = 0.08
 """Least distance from what is added to start and goal, as a share of the region's width."""
@@ -48,7 +45,7 @@ class SceneTrials:
         types: tuple[str, ...],
         symbols: tuple[str, ...],
         settings: Settings,
-        region: Region,
+        region: Bounds,
         paths: Mapping[str, Sequence[FloatArray]] | None,
     ) -> None:
         self.model, self.editor, self.types, self.symbols = model, editor, types, symbols
@@ -128,7 +125,7 @@ class SceneTrials:
             self._swap(scene, listed, area, trial)
         self._placebo(scene, listed, area, trial)
 
-    def _paths(self, scene: Scene, area: Region) -> tuple[FloatArray, Paths]:
+    def _paths(self, scene: Scene, area: Bounds) -> tuple[FloatArray, Paths]:
         if self.paths is not None:
             given = self.paths.get(scene.scene_id, [])[: self.settings.draws]
             fitted = [fit_bezier(p[:, :2])[0] for p in given]
@@ -146,27 +143,27 @@ class SceneTrials:
     def _spots(
         self,
         listed: Scene,
-        area: Region,
+        area: Bounds,
         radius: float,
         rng: np.random.Generator,
         without: Sequence[str] = (),
         n: int | None = None,
     ) -> FloatArray:
-        width = area.high[0] - area.low[0]
+        width = area[2] - area[0]
         clear = self.settings.clear_ends_px
-        return free_spots(
+        return free_places(
             listed,
-            area,
             radius,
             self.settings.placements if n is None else n,
             rng,
-            clear_ends_px=CLEAR_ENDS * width if clear is None else clear,
             gap_px=GAP * width,
+            end_gap_px=CLEAR_ENDS * width if clear is None else clear,
+            bounds=area,
             without=without,
         )
 
     def _add(
-        self, scene: Scene, listed: Scene, area: Region, symbol: str, trial: Callable[..., None]
+        self, scene: Scene, listed: Scene, area: Bounds, symbol: str, trial: Callable[..., None]
     ) -> None:
         """Each placement draws its own item, so that no single item stands for its symbol.
 
@@ -175,32 +172,32 @@ class SceneTrials:
         Over all P they are uniform over the free table, as unstratified ones would be.
         """
         rng = self.rng(scene, "add", symbol)
-        things = self.editor.things(symbol, scene)
-        wanted = self.settings.placements if things else 0
+        templates = self.editor.templates(symbol, scene)
+        wanted = self.settings.placements if templates else 0
         done = 0
         for k in range(wanted):
-            thing = things[int(rng.integers(len(things)))]
+            template = templates[int(rng.integers(len(templates)))]
             angle = float(rng.uniform(0, 2 * np.pi))
-            spots = self._spots(listed, area, thing.radius_px(scene), rng, n=8 * wanted)
+            spots = self._spots(listed, area, template.radius_px(scene), rng, n=8 * wanted)
             if len(spots):
                 order = np.argsort(distance_from_line(spots, scene), kind="stable")
                 pick = order[int((k + rng.random()) / wanted * len(spots))]
                 at = (float(spots[pick, 0]), float(spots[pick, 1]))
-                after = thing.put(scene, at, angle)
-                trial("add", symbol, k, at, after, source=thing.name)
+                after = template.put(scene, at, angle)
+                trial("add", symbol, k, at, after, source=template.name)
                 done += 1
         if done < self.settings.placements:
             self.short.setdefault(symbol, []).append((scene.scene_id, done))
 
-    def _move(self, scene: Scene, listed: Scene, area: Region, trial: Callable[..., None]) -> None:
+    def _move(self, scene: Scene, listed: Scene, area: Bounds, trial: Callable[..., None]) -> None:
         for k, item in enumerate(scene.objects or ()):
             rng = self.rng(scene, "move", item.id)
-            spots = self._spots(listed, area, reach(item), rng, without=[item.id], n=1)
+            spots = self._spots(listed, area, item.outline_radius, rng, without=[item.id], n=1)
             for x, y in spots:
                 at = (float(x), float(y))
                 trial("move", item.symbol, k, at, self.editor.move(scene, item.id, at))
 
-    def _swap(self, scene: Scene, listed: Scene, area: Region, trial: Callable[..., None]) -> None:
+    def _swap(self, scene: Scene, listed: Scene, area: Bounds, trial: Callable[..., None]) -> None:
         """Another symbol where the object stood, wherever something of it fits there."""
         for k, item in enumerate(scene.objects or ()):
             bare = None
@@ -208,32 +205,29 @@ class SceneTrials:
                 if symbol == item.symbol:
                     continue
                 rng = self.rng(scene, "swap", item.id, symbol)
-                thing = self._fitting(self.editor.things(symbol, scene), listed, item.id, rng)
-                if thing is not None:
+                templates = self.editor.templates(symbol, scene)
+                template = self._fitting(templates, listed, item.id, rng)
+                if template is not None:
                     bare = bare if bare is not None else self.editor.remove(scene, item.id)
-                    after = thing.put(bare, item.center, float(rng.uniform(0, 2 * np.pi)))
+                    after = template.put(bare, item.center, float(rng.uniform(0, 2 * np.pi)))
                     trial("swap", item.symbol, k, item.center, after, onto=symbol,
-                          source=thing.name)  # fmt: skip
+                          source=template.name)  # fmt: skip
 
     def _fitting(
-        self, things: Sequence[Thing], listed: Scene, gone: str, rng: np.random.Generator
-    ) -> Thing | None:
-        center = np.asarray(next(o.center for o in listed.objects or () if o.id == gone))
-        room = min(
-            [float(o.outline.signed_distance(center)) for o in listed.objects or () if o.id != gone]
-            + [float(np.linalg.norm(center - np.asarray(end[:2])))
-               for end in (listed.start, listed.goal)]
-        )  # fmt: skip
-        for i in rng.permutation(len(things))[:8]:
-            if things[int(i)].radius_px(listed) <= room:
-                return things[int(i)]
+        self, templates: Sequence[Template], listed: Scene, gone: str, rng: np.random.Generator
+    ) -> Template | None:
+        center = next(o.center for o in listed.objects or () if o.id == gone)
+        room = float(room_around(listed, [center], without=[gone])[0])
+        for i in rng.permutation(len(templates))[:8]:
+            if templates[int(i)].radius_px(listed) <= room:
+                return templates[int(i)]
         return None
 
     def _placebo(
-        self, scene: Scene, listed: Scene, area: Region, trial: Callable[..., None]
+        self, scene: Scene, listed: Scene, area: Bounds, trial: Callable[..., None]
     ) -> None:
         rng = self.rng(scene, "placebo")
-        radius = 0.06 * (area.high[0] - area.low[0])
+        radius = 0.06 * (area[2] - area[0])
         spots = self._spots(listed, area, radius, rng)
         done = 0
         for k, (x, y) in enumerate(spots):
@@ -277,7 +271,7 @@ class SceneTrials:
         if self.unlisted:
             notes.append(
                 f"{len(self.unlisted)} of {n} scenes list no objects ({_some(self.unlisted)}): "
-                "free places are where the pretrained body sees nothing"
+                "free places are where the distance network detects nothing"
             )
         for symbol, places in self.short.items():
             name = symbol or "placebo"

@@ -3,7 +3,7 @@
 from demospec.geometry._extent import Bounds, bounds_of, extent, path_bounds
 from demospec.geometry._maps import read_map
 from demospec.geometry._multi_polygon import MultiPolygon
-from demospec.geometry._outlines import rims, similar
+from demospec.geometry._outlines import radius_about, rims, similar
 from demospec.geometry._polylines import Polylines, nearest_on_paths
 from demospec.geometry._segment_distance import (
     nearest,
@@ -29,6 +29,7 @@ __all__ = [
     "nearest_on_segments",
     "path_bounds",
     "path_distance",
+    "radius_about",
     "read_map",
     "rectangle",
     "rims",

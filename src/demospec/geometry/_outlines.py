@@ -36,6 +36,17 @@ def rims(shape: Footprint, corners: int = 60) -> list[FloatArray]:
     return [np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])]
 
 
+def radius_about(shape: Footprint, center: ArrayLike) -> float:
+    """Radius of the smallest disc about `center` that holds the footprint."""
+    c = np.asarray(center, dtype=np.float64)
+    if isinstance(shape, Disc):
+        return float(np.linalg.norm(np.asarray(shape.center) - c)) + shape.radius
+    if isinstance(shape, Capsule):
+        ends = np.array([shape.start, shape.end]) - c
+        return float(np.linalg.norm(ends, axis=1).max()) + shape.radius
+    return max(float(np.linalg.norm(rim - c, axis=1).max()) for rim in rims(shape))
+
+
 def similar(shape: Footprint, matrix: ArrayLike, offset: ArrayLike = (0.0, 0.0)) -> Footprint:
     """The footprint under p ↦ matrix p + offset: turned, mirrored, scaled, moved.
 

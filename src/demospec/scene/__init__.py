@@ -16,14 +16,12 @@ if TYPE_CHECKING:
     from demospec.scene._scene import Relation, Scene, SceneObject
     from demospec.scene._upright import upright
     from demospec.scene.editing._cut_outs import CutOut, cut_out
-    from demospec.scene.editing._free_places import free_places, room_around
-    from demospec.scene.editing._interventions import (
-        move_object,
-        overlay,
-        remove_object,
-        swap_object,
-    )
+    from demospec.scene.editing._editor import Editor, Source
+    from demospec.scene.editing._overlay import move_object, overlay, swap_object
     from demospec.scene.editing._placebo import placebo_patch
+    from demospec.scene.editing._places import free_places, room_around
+    from demospec.scene.editing._remove import remove_object
+    from demospec.scene.editing._templates import Template
     from demospec.scene.rendering._compose import Placement, Stamp, compose_scene
     from demospec.scene.rendering._draw_scene import STATISTICS, SceneStatistics, draw_scene
     from demospec.scene.rendering._estimate_light import light_of
@@ -46,6 +44,7 @@ __all__ = [
     "CatalogueItem",
     "CutOut",
     "Disc",
+    "Editor",
     "Footprint",
     "Image",
     "Light",
@@ -59,9 +58,11 @@ __all__ = [
     "SceneObject",
     "SceneRecipe",
     "SceneStatistics",
+    "Source",
     "Sprite",
     "Stamp",
     "TableTop",
+    "Template",
     "bar",
     "compose_scene",
     "coverage",
@@ -96,12 +97,14 @@ _HOME = {
     "CatalogueItem": "rendering.catalogues._items",
     "CutOut": "editing._cut_outs",
     "Disc": "demospec.geometry",
+    "Editor": "editing._editor",
     "Footprint": "demospec.geometry",
     "Image": "_picture",
     "CatalogueEntry": "_recipe",
     "Light": "_recipe",
     "SceneRecipe": "_recipe",
     "TableTop": "_recipe",
+    "Template": "editing._templates",
     "Mesh": "rendering._mesh",
     "MultiPolygon": "demospec.geometry",
     "Picture": "_picture",
@@ -113,6 +116,7 @@ _HOME = {
     "Scene": "_scene",
     "SceneObject": "_scene",
     "SceneStatistics": "rendering._draw_scene",
+    "Source": "editing._editor",
     "Sprite": "rendering._sprites",
     "Stamp": "rendering._compose",
     "TASK_SYMBOLS": "rendering.catalogues._catalogue",
@@ -124,22 +128,22 @@ _HOME = {
     "draw_scene": "rendering._draw_scene",
     "draw_sprite": "rendering._sprites",
     "draw_table": "rendering._tables",
-    "free_places": "editing._free_places",
+    "free_places": "editing._places",
     "joined": "rendering._mesh",
     "lamp_colour": "rendering._light:colour",
     "lathe": "rendering._mesh",
     "light_of": "rendering._estimate_light",
     "load_catalogue": "rendering.catalogues._catalogue",
-    "move_object": "editing._interventions",
+    "move_object": "editing._overlay",
     "outline": "rendering._outlines",
-    "overlay": "editing._interventions",
+    "overlay": "editing._overlay",
     "placebo_patch": "editing._placebo",
     "rectangle": "demospec.geometry",
-    "remove_object": "editing._interventions",
-    "room_around": "editing._free_places",
+    "remove_object": "editing._remove",
+    "room_around": "editing._places",
     "slab": "rendering._mesh",
     "sunk": "rendering._mesh",
-    "swap_object": "editing._interventions",
+    "swap_object": "editing._overlay",
     "table_albedo": "rendering._tables",
     "upright": "_upright",
 }

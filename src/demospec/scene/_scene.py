@@ -17,6 +17,7 @@ from demospec.geometry import (
     Polygon,
     bounds_of,
     extent,
+    radius_about,
     rectangle,
     similar,
 )
@@ -55,6 +56,11 @@ class SceneObject:
     def outline(self) -> Footprint:
         """The footprint where known, else the centre as a disc of radius 0."""
         return self.footprint if self.footprint is not None else Disc(self.center, 0.0)
+
+    @property
+    def outline_radius(self) -> float:
+        """Radius about the centre that holds the outline, set units."""
+        return radius_about(self.outline, self.center)
 
     def moved(self, by: ArrayLike) -> SceneObject:
         """The same object translated by `by` (2,), pixels."""
@@ -214,11 +220,11 @@ class Scene:
         return self.shown_picture().pixels
 
     def seen(self) -> Scene:
-        """The scene as a camera delivers it: without its list, and without what it was drawn from.
+        """The scene as a camera delivers it: without list, relations, and what it was drawn from.
 
         A learner that is to find the objects by itself gets this one.
         """
-        return replace(self, objects=None, recipe=None)
+        return replace(self, objects=None, recipe=None, relations=())
 
     def with_changes(
         self, *, objects: tuple[SceneObject, ...] | None, picture: Picture | None

@@ -1,107 +1,139 @@
-"""Objects cut from a user's own pictures, to be laid into another of the user's scenes."""
+"""Cut-outs: objects of a user's own pictures, with the shadow that they cast there.
+
+For pictures that nobody composed: no catalogue holds the user's mug, the set's scenes do.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from demospec.errors import InputError
 from demospec.frames import FloatArray
 from demospec.geometry import Footprint
-from demospec.scene._picture import Image
-from demospec.scene._recipe import Light
+from demospec.scene._picture import Image, Picture
 from demospec.scene._scene import Scene, SceneObject
-from demospec.scene.rendering._light import shadow
+from demospec.scene.editing._remove import SHADOW_RIM, object_of, remove_object
+from demospec.scene.rendering._compose import overlap, to_image
 
 
 @dataclass(frozen=True)
 class CutOut:
-    """The picture of one object and how much of each pixel it covers.
+    """One object of one picture, to be laid into another of the user's scenes.
+
+    Inside the outline its pixels are copied; around it, what the picture loses against the
+    same picture without the object is a shadow, and darkens the new place likewise. It is not
+    turned: its light would turn with it, and all pictures of a set share one lamp.
 
     Args:
-        symbol: Class word.
-        colour: (h, w, 3) in [0, 1].
-        cover: (h, w, 1) in [0, 1].
-        anchor: (x, y) of the object's centre in the cut-out, pixels.
-        footprint: Relative to the object's centre.
+        scene: With a picture.
+        item: The object; its footprint is known.
+        clean_table: (h, w, 3) the table without objects, where it was taken.
     """
 
-    symbol: str
-    colour: FloatArray
-    cover: FloatArray
-    anchor: tuple[float, float]
-    footprint: Footprint
+    scene: Scene
+    item: SceneObject
+    clean_table: Image | None = None
+
+    @property
+    def symbol(self) -> str:
+        """Class word."""
+        return self.item.symbol
+
+    @property
+    def footprint(self) -> Footprint:
+        """Relative to the object's centre."""
+        x, y = self.item.center
+        return self.item.outline.moved((-x, -y))
 
     @property
     def radius_px(self) -> float:
-        """Radius about the centre that holds the footprint's box, pixels."""
-        x0, y0, x1, y1 = self.footprint.bounds
-        return float(np.hypot(max(-x0, x1), max(-y0, y1)))
+        """Radius about the centre that holds the outline, pixels."""
+        return self.item.outline_radius
 
-    def placed(self, center: ArrayLike, id: str) -> SceneObject:
-        """The object that it is when laid at the whole pixel nearest to `center`."""
-        x, y = self._corner(center)
-        at = (x + self.anchor[0], y + self.anchor[1])
-        shape = self.footprint.moved(at)
-        x0, y0, x1, y1 = shape.bounds
-        return SceneObject(id, self.symbol, at, (x0, y0, x1 - x0, y1 - y0), shape)
+    @property
+    def colour(self) -> FloatArray:
+        """(h, w, 3) in [0, 1], of the object and the table around it."""
+        return self._parts[1]
 
-    def _corner(self, center: ArrayLike) -> tuple[int, int]:
-        x, y = np.round(np.asarray(center, dtype=np.float64) - self.anchor).astype(int)
-        return int(x), int(y)
+    @property
+    def cover(self) -> FloatArray:
+        """(h, w, 1) in [0, 1]: how much of each pixel the object covers, with a soft edge."""
+        return self._parts[2]
 
-    def put(self, image: FloatArray, center: ArrayLike, light: Light) -> None:
-        """Lays it and a low shadow onto a picture (height, width, 3), 1 = white, in place."""
-        x, y = self._corner(center)
-        # How tall it is nobody knows: a shadow as of something a twentieth of the picture high.
-        tall = self.cover[..., 0] * 0.05 * image.shape[1]
-        occluded, margin = shadow(self.cover[..., 0], tall, light, image.shape[1] / 100.0)
-        dark = 1.0 - (1.0 - light.ambient) * 0.9 * occluded[..., None]
-        _blend(image, x - margin, y - margin, dark, None)
-        _blend(image, x, y, 1.0 - self.cover, self.colour * self.cover)
+    @property
+    def shade(self) -> FloatArray:
+        """(h, w, 1) share of the table's brightness that its shadow leaves."""
+        return self._parts[3]
+
+    def laid(self, scene: Scene, center: ArrayLike, id: str) -> Scene:
+        """The scene with the object there, to the nearest whole step of pixels from its own place.
+
+        Where the scene's objects are not listed, they stay not listed.
+        """
+        shift = np.round(np.asarray(center, dtype=np.float64) - self.item.center).astype(int)
+        picture = Picture.drawn(scene.shown_picture().size_px, lambda: self._drawn(scene, shift))
+        objects = scene.objects
+        if objects is not None:
+            objects = (*objects, replace(self.item.moved(shift), id=id))
+        return scene.with_changes(objects=objects, picture=picture)
+
+    def _drawn(self, scene: Scene, shift: NDArray[np.int_]) -> Image:
+        (left, top), colour, cover, shade = self._parts
+        image = scene.pixels() / 255.0
+        to, of = overlap(image.shape, cover.shape, left + int(shift[0]), top + int(shift[1]))
+        image[to] = image[to] * shade[of] * (1.0 - cover[of]) + colour[of] * cover[of]
+        return to_image(image)
+
+    @cached_property
+    def _parts(self) -> tuple[tuple[int, int], FloatArray, FloatArray, FloatArray]:
+        """(left, top), colour (h, w, 3), cover and shade (h, w, 1), made on first use."""
+        image = self.scene.pixels() / 255.0
+        height, width = image.shape[:2]
+        rim = SHADOW_RIM * width
+        x0, y0, x1, y1 = self.item.outline.bounds
+        left, top = max(0, int(x0 - rim) - 1), max(0, int(y0 - rim) - 1)
+        right, bottom = min(width, int(x1 + rim) + 2), min(height, int(y1 + rim) + 2)
+        window = (slice(top, bottom), slice(left, right))
+        x, y = np.meshgrid(np.arange(left, right) + 0.5, np.arange(top, bottom) + 0.5)
+        distance = self.item.outline.signed_distance(np.stack([x, y], axis=-1))
+        cover = np.clip(0.5 - distance, 0.0, 1.0)
+        bare = remove_object(self.scene, self.item.id, clean_table=self.clean_table)
+        # Only darkening counts, and it fades out with the rim; grain is averaged away.
+        with_it, without = (
+            _smooth((picture[window] + 8.0 / 255.0).mean(axis=2))
+            for picture in (image, bare.pixels() / 255.0)
+        )
+        fade = np.clip(1.0 - distance / max(rim, 1e-9), 0.0, 1.0)
+        shade = 1.0 - (1.0 - np.clip(with_it / without, 0.35, 1.0)) * fade
+        return (left, top), image[window], cover[..., None], shade[..., None]
 
 
-def _blend(image: FloatArray, x: int, y: int, factor: FloatArray, added: FloatArray | None) -> None:
-    h, w = factor.shape[:2]
-    y0, x0 = max(y, 0), max(x, 0)
-    y1, x1 = min(y + h, image.shape[0]), min(x + w, image.shape[1])
-    if y1 <= y0 or x1 <= x0:
-        return
-    of = (slice(y0 - y, y1 - y), slice(x0 - x, x1 - x))
-    image[y0:y1, x0:x1] *= factor[of]
-    if added is not None:
-        image[y0:y1, x0:x1] += added[of]
+def _smooth(values: FloatArray) -> FloatArray:
+    from scipy.ndimage import uniform_filter
+
+    return np.asarray(uniform_filter(values, 3, mode="nearest"))
 
 
-def cut_out(scene: Scene, object_id: str) -> CutOut:
+def cut_out(scene: Scene, object_id: str, *, clean_table: Image | None = None) -> CutOut:
     """One object of a scene as a cut-out, along its footprint with a soft edge of a pixel.
+
+    Args:
+        clean_table: As of `remove_object`.
 
     Raises:
         InputError: No such object, no footprint, or the object lies outside the picture.
         CannotJudgeError: The scene has no picture or does not list its objects.
     """
-    pixels: Image = scene.pixels()
+    width, height = scene.shown_picture().size_px
+    item = object_of(scene, object_id)
     where = f"scene {scene.scene_id}"
-    found = [o for o in scene.listed_objects() if o.id == object_id]
-    if not found:
-        known = ", ".join(o.id for o in scene.listed_objects())
-        raise InputError(f"an object of the scene ({known})", object_id, row=where, field="id")
-    thing = found[0]
-    if thing.footprint is None:
+    if item.footprint is None:
         raise InputError("a polygon, radius or bbox", "none", row=where, field=object_id)
-    x0, y0, x1, y1 = thing.footprint.bounds
-    low = np.maximum(np.floor([x0 - 1, y0 - 1]).astype(int), 0)
-    high = np.minimum(np.ceil([x1 + 1, y1 + 1]).astype(int), [pixels.shape[1], pixels.shape[0]])
-    if (high <= low).any():
+    x0, y0, x1, y1 = item.footprint.bounds
+    if x1 <= -1 or y1 <= -1 or x0 >= width + 1 or y0 >= height + 1:
         raise InputError("an object inside the picture", "outside", row=where, field=object_id)
-    x, y = np.meshgrid(np.arange(low[0], high[0]) + 0.5, np.arange(low[1], high[1]) + 0.5)
-    cover = np.clip(0.5 - thing.footprint.signed_distance(np.stack([x, y], axis=-1)), 0.0, 1.0)
-    return CutOut(
-        thing.symbol,
-        pixels[low[1] : high[1], low[0] : high[0]] / 255.0,
-        cover[..., None],
-        (thing.center[0] - int(low[0]), thing.center[1] - int(low[1])),
-        thing.footprint.moved((-thing.center[0], -thing.center[1])),
-    )
+    return CutOut(scene, item, clean_table)

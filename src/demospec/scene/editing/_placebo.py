@@ -11,7 +11,7 @@ from demospec.errors import InputError
 from demospec.frames import FloatArray
 from demospec.scene._picture import Image, Picture
 from demospec.scene._scene import Scene
-from demospec.scene.editing._free_places import free_places
+from demospec.scene.editing._places import free_places
 from demospec.scene.rendering._compose import to_image
 
 

@@ -215,16 +215,16 @@ class Stamp:
     def cast(self, image: FloatArray) -> None:
         """Lays the shadow onto a picture (height, width, 3), in place."""
         x, y = self.window[:2]
-        to, of = _overlap(image.shape, self.dark.shape, x, y)
+        to, of = overlap(image.shape, self.dark.shape, x, y)
         image[to] *= self.dark[of]
 
     def put(self, image: FloatArray) -> None:
         """Lays the object onto a picture (height, width, 3), in place."""
-        to, of = _overlap(image.shape, self.through.shape, *self.corner)
+        to, of = overlap(image.shape, self.through.shape, *self.corner)
         image[to] = image[to] * self.through[of] + self.light[of]
 
 
-def _overlap(
+def overlap(
     picture: tuple[int, ...], window: tuple[int, ...], x: int, y: int
 ) -> tuple[tuple[slice, slice], tuple[slice, slice]]:
     """Where a window with its corner at (x, y) and a picture meet, in both."""

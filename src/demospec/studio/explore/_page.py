@@ -83,7 +83,7 @@ class _Table:
             ]
             types = models[0]["types"] if models else []
             kind = str(asked.get("type") or (types[0] if types else ""))
-            symbols = [s for s in self._workbench.symbols if explorer.editor.things(s)]
+            symbols = [s for s in self._workbench.symbols if explorer.editor.templates(s)]
             shown = explorer.scene(scene, Edits())
             return {
                 "scenes": list(explorer.scenes),

@@ -17,7 +17,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from demospec.causal import Editor, editor_for
+from demospec.causal import editor_for
 from demospec.demonstrations import (
     Demonstration,
     ValidityModel,
@@ -27,9 +27,8 @@ from demospec.demonstrations import (
 )
 from demospec.errors import CannotJudgeError, InputError
 from demospec.frames import FloatArray
-from demospec.scene import Scene, free_places
+from demospec.scene import Editor, Scene, Template
 from demospec.specification import plane_bounds
-from demospec.studio.explore._editor import Hands
 
 Kept = TypeVar("Kept")
 _VIEWS_KEPT = 12
@@ -130,7 +129,7 @@ def _word(document: dict[str, Any], name: str) -> str:
 
 
 class Explorer:
-    """Scenes, the models that can be asked about them, and the hands that rearrange them.
+    """Scenes, the models that can be asked about them, and the editor that rearranges them.
 
     Args:
         scenes: What is explored.
@@ -159,22 +158,17 @@ class Explorer:
         self.metres_per_unit = metres_per_unit
         self.lock = threading.RLock()  # models and drawing are not made for several threads
         self._demonstrations = demonstrations
-        self._hands: Hands | None = None
+        self._editor: Editor | None = None
         self._views: OrderedDict[tuple[Any, ...], View] = OrderedDict()
         self._edited: OrderedDict[tuple[Any, ...], Scene] = OrderedDict()
 
     @property
-    def hands(self) -> Hands:
-        """They move and remove objects."""
-        if self._hands is None:
-            scenes = tuple(self.scenes.values())
-            self._hands = Hands(editor_for(scenes, metres_per_unit=self.metres_per_unit))
-        return self._hands
-
-    @property
     def editor(self) -> Editor:
-        """Knows what can be added, and what stands where nobody has said it."""
-        return self.hands.editor
+        """Adds, moves and removes objects, and detects those that nobody listed."""
+        if self._editor is None:
+            scenes = tuple(self.scenes.values())
+            self._editor = editor_for(scenes, metres_per_unit=self.metres_per_unit)
+        return self._editor
 
     def model(self, name: str) -> ValidityModel:
         """The model of that name; InputError lists the names there are."""
@@ -200,7 +194,7 @@ class Explorer:
             self._edited.move_to_end(key)
             return self._edited[key]
         scene = self.editor.listed(self.original(scene_id))
-        scene = self.hands.rearranged(scene, edits.removed, edits.moved)
+        scene = self.editor.rearranged(scene, edits.removed, edits.moved)
         for symbol, x, y in edits.added:
             scene = self._put(scene, symbol, (x, y))
         return _kept(self._edited, key, scene)
@@ -251,9 +245,9 @@ class Explorer:
             InputError: Nothing of that symbol can be put down, or there is no room.
         """
         scene = self.scene(question.scene_id, question.edits)
-        radius = self._thing(scene, symbol).radius_px(scene)
+        radius = self._template(scene, symbol).radius_px(scene)
         rng = np.random.default_rng(0)
-        places = free_places(scene, radius, 200, rng)
+        places = self.editor.free_places(scene, radius, 200, rng)
         if not len(places):
             raise InputError(f"room for a {symbol}", "none", field="scene")
         path = path_of(scene, question.control)
@@ -261,14 +255,14 @@ class Explorer:
         best = places[int(np.hypot(*(places - middle).T).argmin())]
         return (float(best[0]), float(best[1]))
 
-    def _thing(self, scene: Scene, symbol: str) -> Any:
-        things = self.editor.things(symbol, scene)
-        if not things:
+    def _template(self, scene: Scene, symbol: str) -> Template:
+        templates = self.editor.templates(symbol, scene)
+        if not templates:
             raise InputError("a symbol that can be put down", symbol, field="symbol")
-        return things[0]
+        return templates[0]
 
     def _put(self, scene: Scene, symbol: str, at: tuple[float, float]) -> Scene:
-        return self._thing(scene, symbol).put(scene, at, 0.0)  # type: ignore[no-any-return]
+        return self._template(scene, symbol).put(scene, at, 0.0)
 
 
 def path_of(scene: Scene, control: tuple[float, float], points: int = 100) -> FloatArray:
