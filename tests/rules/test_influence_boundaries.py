@@ -23,7 +23,6 @@ from demospec.rules import (
     register_feature,
     solve,
 )
-from demospec.rules.constraints._point_features import FEATURES
 from demospec.rules.influence.engines._arithmetic import Batch, exact_level, exact_penalty
 
 ENGINES = ("exact", "step", "direct")
@@ -168,13 +167,11 @@ def test_arc_weights_do_not_depend_on_the_sampling_rate():
     assert rows == pytest.approx([exact, exact], rel=1e-3)
 
 
-def test_a_new_feature_needs_a_function_and_a_sentence(monkeypatch):
+def test_a_new_feature_needs_a_function_and_a_sentence():
     """Height over the table is built in; tilt is added here."""
-    # An example of the documentation adds one of that name, in the same process at times.
-    monkeypatch.delitem(FEATURES, "upright", raising=False)
     register_feature(
         PointFeature(
-            "upright",
+            "short_of_lying_flat",
             "keeps the tool at least {value} degrees from lying flat near {name}",
             4,
             lambda points, center: np.maximum(90.0 - points[:, 3], 0.0),
@@ -183,7 +180,7 @@ def test_a_new_feature_needs_a_function_and_a_sentence(monkeypatch):
     scene = RuleScene(
         (
             RuleObject("table", "table", (0.0, 0.0, 2.0), "height"),
-            RuleObject("tool", "tool", (0.0, 0.0), "upright"),
+            RuleObject("tool", "tool", (0.0, 0.0), "short_of_lying_flat"),
         )
     )
     low = RuleTrajectory(0, False, np.array([[5.0, 5.0, 12.0, 0.0]]))  # 10 above the table
