@@ -68,7 +68,7 @@ def rules(
         str | None, typer.Option(help="Influence: physical (deeper costs more, by arc length).")
     ] = None,
     engine: Annotated[
-        str, typer.Option(help="Influence problems: auto, exact, step or direct.")
+        str, typer.Option(help="Influence problems: auto, exact, step or direct (extra cpsat).")
     ] = "auto",
     tolerant: Annotated[
         bool, typer.Option("--tolerant", help="Influence: fit with the fewest contradicted labels.")

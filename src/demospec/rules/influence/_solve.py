@@ -7,7 +7,7 @@ import time
 from dataclasses import dataclass, replace
 from typing import Literal, Protocol, get_args
 
-from demospec.errors import InputError
+from demospec.errors import InputError, MissingExtraError
 from demospec.rules.influence._answer import InfluenceAnswer
 from demospec.rules.influence._check import check_answer
 from demospec.rules.influence._label_noise import LABEL_NOISE, slack_of
@@ -70,6 +70,10 @@ class CpSatEngine:
             MissingExtraError: OR-tools is not installed.
             InputError: The reading does not separate into step functions (encoding step).
         """
+        try:
+            import ortools  # noqa: F401
+        except ImportError as error:
+            raise MissingExtraError("ortools", "cpsat", f"engine {self.encoding}") from error
         from demospec.rules.influence.engines._cp_sat import solve_encoding
         from demospec.rules.influence.engines._cp_sat_direct import encode_direct
         from demospec.rules.influence.engines._cp_sat_steps import encode_steps
