@@ -44,8 +44,8 @@ def evaluate(
     data = read_set(set_folder)
     if split is not None:
         data = data.of_split(split)
-    fitted = load_model(model, data.types)
-    judge = None if truth is None else load_model(truth, data.types)
+    fitted = load_model(model, data.types, data)
+    judge = None if truth is None else load_model(truth, data.types, data)
     with progress_bar() as progress:
         answer = evaluate_model(fitted, data, truth=judge, progress=progress)
     say_unjudged(answer.unjudged)

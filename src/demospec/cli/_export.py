@@ -9,7 +9,16 @@ from typing import Annotated
 import typer
 
 from demospec.cli._common import Force, Json, SetFolder, print_json, say
-from demospec.cli._plan import Envelope, Planner, Resolution, RulesPath, SceneId, Type
+from demospec.cli._plan import (
+    Anyway,
+    Envelope,
+    Planner,
+    Resolution,
+    RulesPath,
+    SceneId,
+    Type,
+    UnknownClearance,
+)
 
 
 def export(
@@ -32,6 +41,8 @@ def export(
         str | None,
         typer.Option(help="Name of the frame in messages; by default the set's, else map."),
     ] = None,
+    unknown_clearance: UnknownClearance = None,
+    anyway: Anyway = False,
     force: Force = False,
     json: Json = False,
 ) -> None:
@@ -49,6 +60,8 @@ def export(
         resolution=resolution,
         planner=planner,
         speed_m_s=speed,
+        unknown_clearance=unknown_clearance,
+        anyway=anyway,
         axes=data.axes if frame_id is None else replace(data.axes, name=frame_id),
     )
     export_to(request, to, out, replace=force)

@@ -28,7 +28,7 @@ def identify(model: ModelPath, set_folder: SetFolder, json: Json = False, out: O
 
     data = read_set(set_folder)
     with progress_bar() as progress:
-        answer = identify_set(load_model(model), data, progress=progress)
+        answer = identify_set(load_model(model, data=data), data, progress=progress)
     say_unjudged(answer.unjudged)
     unnamed = [d for d in answer.demonstrators if d.demonstrator is None]
     if unnamed:

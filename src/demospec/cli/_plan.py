@@ -31,6 +31,17 @@ Resolution = Annotated[
     ),
 ]
 
+UnknownClearance = Annotated[
+    float | None,
+    typer.Option(
+        help="Kept from things that nothing is known about, units of the set; by default the "
+        "largest clearance that is known."
+    ),
+]
+Anyway = Annotated[
+    bool, typer.Option("--anyway", help="Use a rule that does not explain the answers, too.")
+]
+
 
 def plan(
     rules: RulesPath,
@@ -40,6 +51,8 @@ def plan(
     envelope: Envelope = "upper",
     planner: Planner = "grid",
     resolution: Resolution = None,
+    unknown_clearance: UnknownClearance = None,
+    anyway: Anyway = False,
     picture: Annotated[
         Path | None, typer.Option(help="Draw the scene, its zones and the plan (PNG).")
     ] = None,
@@ -65,6 +78,8 @@ def plan(
         planner=planner,
         resolution=resolution,
         seed=seed,
+        unknown_clearance=unknown_clearance,
+        anyway=anyway,
     )
     document = result.to_json()
     save_json(document, out)
@@ -91,7 +106,9 @@ def _show(document: dict[str, Any], metres_per_unit: float | None, units: str = 
     if document["status"] != "found":
         typer.echo(f"{title}\n{document['status']}: {document['reason']}")
         return
-    verdict = "yes" if document["obeys"] else "no"
+    verdict = {True: "yes", False: "no", None: "not known: nothing that was shown decides here"}[
+        document["obeys"]
+    ]
     by_eye = ", as the model sees the scene" if document["judged_by"] == "model" else ""
     rows = [
         [f"keeps the rule{by_eye}", verdict],
@@ -118,5 +135,16 @@ def _notes(document: dict[str, Any], words: Callable[[float], str]) -> list[str]
         notes.append(f"start or goal is nearer to a {symbol} than the envelope: {words(kept)} kept")
     if document["uninformed"]:
         names = ", ".join(document["uninformed"])
-        notes.append(f"the rule says nothing about {names}: the plan may pass through")
+        kept = document["unknown_clearance"]
+        what = "the plan may pass through" if kept is None else f"the plan keeps {words(kept)}"
+        notes.append(f"nothing is known about {names}: {what} (--unknown-clearance)")
     return notes
+
+
+def refuse_unexplained_type(model: Any, type: str, anyway: bool) -> None:
+    """InputError where a model's rules of a type do not explain the answers they come from."""
+    from demospec.rules import RuleSet, refuse_unexplained
+
+    rules = model if isinstance(model, RuleSet) else getattr(model, "rules", None)
+    if isinstance(rules, RuleSet) and type in rules.rules:
+        refuse_unexplained(rules.of_type(type).fit, type, anyway=anyway)

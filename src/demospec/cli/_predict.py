@@ -77,7 +77,7 @@ def predict(
         _in_parts(model, set_folder, workers=workers, cluster=cluster, json=json, out=out)
         return
     data = read_set(set_folder)
-    fitted = load_model(model, data.types)
+    fitted = load_model(model, data.types, data)
     with progress_bar() as progress:
         answer = predict_set(fitted, data, progress=progress)
     say_unjudged(answer.unjudged)

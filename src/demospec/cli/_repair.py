@@ -18,6 +18,7 @@ from demospec.cli._common import (
     save_json,
     say,
 )
+from demospec.cli._plan import Anyway, refuse_unexplained_type
 
 
 def repair(
@@ -43,6 +44,7 @@ def repair(
         float,
         typer.Option("--confidence", min=0.5, max=0.99999, help="Least p(valid) of a repair."),
     ] = 0.999,
+    anyway: Anyway = False,
     json: Json = False,
     out: Out = None,
 ) -> None:
@@ -57,8 +59,9 @@ def repair(
 
     data = read_set(set_folder)
     settings = RepairSettings(particles=particles, steps=steps, confidence=confidence)
-    judge = None if rules is None else load_model(rules, data.types)
-    fitted = load_model(model, data.types)
+    judge = None if rules is None else load_model(rules, data.types, data)
+    fitted = load_model(model, data.types, data)
+    refuse_unexplained_type(fitted, type, anyway)
     with progress_bar() as progress:
         answer = repair_set(fitted, data, type, rules=judge, settings=settings, progress=progress)
     say_unjudged(answer.unjudged)

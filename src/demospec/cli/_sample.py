@@ -17,6 +17,7 @@ from demospec.cli._common import (
     save_json,
     say,
 )
+from demospec.cli._plan import Anyway, refuse_unexplained_type
 
 
 def sample(
@@ -32,6 +33,7 @@ def sample(
         float, typer.Option("--confidence", min=0.0, max=0.999, help="p(valid) to exceed.")
     ] = 0.5,
     seed: Seed = 0,
+    anyway: Anyway = False,
     json: Json = False,
     out: Out = None,
 ) -> None:
@@ -40,7 +42,8 @@ def sample(
     from demospec.specification import load_model, sample_valid
 
     data = read_set(set_folder)
-    fitted = load_model(model, data.types)
+    fitted = load_model(model, data.types, data)
+    refuse_unexplained_type(fitted, type, anyway)
     answer = sample_valid(
         fitted.see(data.scene(scene)), type, n, seed=seed, confidence=confidence, method=method
     )

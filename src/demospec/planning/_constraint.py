@@ -14,8 +14,8 @@ from demospec.planning._check import check_zones
 from demospec.planning._influence import InfluenceLimit, influence_limit
 from demospec.planning._results import Envelope, PlanCheck, Zone
 from demospec.planning._seen import SeeingModel, rules_of_model, seen_zones
-from demospec.planning._zones import chosen_type, clearance_zones
-from demospec.rules import RuleSet
+from demospec.planning._zones import chosen_type, clearance_zones, measured_shape
+from demospec.rules import RuleSet, TypeRules, known_of
 from demospec.scene import Scene
 
 Plannable = RuleSet | SeeingModel
@@ -33,6 +33,9 @@ class Constraint:
             some influence (F_max); None where `zones` is the rule.
         limit: The influence rule itself; None for a clearance rule.
         capped, uninformed: See `Plan`.
+        unknown: Things that nothing is known about, with a clearance that is kept from them where
+            there is a way.
+        decided: Whether anything that is known decides in this scene.
         judged_by: ``rule``, or ``model`` where only a model's eyes say where things are.
     """
 
@@ -43,6 +46,8 @@ class Constraint:
     capped: dict[str, float] = field(default_factory=dict)
     uninformed: tuple[str, ...] = ()
     judged_by: Literal["rule", "model"] = "rule"
+    unknown: tuple[Zone, ...] = ()
+    decided: bool = True
 
     def check(self, path: FloatArray) -> PlanCheck:
         """The verdict on a path (n, 2)."""
@@ -62,10 +67,15 @@ def constraint_of(
     envelope: Envelope = "upper",
     *,
     symbols: Sequence[str] | None = None,
+    unknown_clearance: float | None = None,
 ) -> Constraint:
     """The rule of one type in one scene: its clearance rule, else its influence rule.
 
     A model that sees speaks by its rules where the scene lists its objects, else by its eyes.
+
+    Args:
+        unknown_clearance: Kept from things that nothing is known about, set units; by default
+            the largest clearance that is known.
 
     Raises:
         InputError: Unknown type, envelope or symbol.
@@ -88,8 +98,16 @@ def constraint_of(
             raise InputError(f"symbols of the rule or scene ({names})", symbol, field="symbols")
     if rule.clearance is not None:
         zones = clearance_zones(rule.clearance, scene, envelope, symbols=symbols)
-        silent = tuple(o.id for o in listed if o.symbol in rule.clearance.uninformed)
-        return Constraint(scene, zones, uninformed=silent)
+        unknown = _unknown_zones(rule, scene, unknown_clearance)
+        learned = "at_most" in rule.evidence
+        explained = rule.fit is None or rule.fit.verdict != "not"
+        return Constraint(
+            scene,
+            zones,
+            uninformed=tuple(zone.object_id for zone in unknown),
+            unknown=unknown,
+            decided=explained and (bool(rule.clearance.value) or not learned),
+        )
     if rule.influence is None:
         raise InputError("a rule to plan with", "none", field=f"types.{of}")
     limit = influence_limit(rule.influence, scene, envelope, symbols=symbols)
@@ -100,6 +118,27 @@ def constraint_of(
     if not limit.settings:
         return Constraint(scene, zones, uninformed=silent)
     return Constraint(scene, zones, limit.soft_zones(), limit, uninformed=silent)
+
+
+def _unknown_zones(
+    rules: TypeRules, scene: Scene, unknown_clearance: float | None
+) -> tuple[Zone, ...]:
+    """Things of classes that no demonstration informs or decides."""
+    rule = rules.clearance
+    assert rule is not None
+    known = known_of(rule.value, rule.interval, rules.evidence, rules.fit)
+    undecided = rules.evidence.get("undecided", ())
+    keep = known.default if unknown_clearance is None else unknown_clearance
+    return tuple(
+        Zone(item.id, item.symbol, measured_shape(item, rule.distance), keep)
+        for item in scene.listed_objects()
+        if item.symbol not in rule.value
+        and (
+            item.symbol in rule.uninformed
+            or item.symbol in undecided
+            or ("at_most" in rules.evidence and known.unknown(item.symbol))
+        )
+    )
 
 
 def capped_at_ends(

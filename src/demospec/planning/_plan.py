@@ -22,7 +22,7 @@ from demospec.planning._influence import evenly
 from demospec.planning._results import Envelope, Plan, PlanCheck, Zone
 from demospec.planning._seen import rules_of_model
 from demospec.planning._zones import chosen_type
-from demospec.rules import RuleSet
+from demospec.rules import RuleSet, refuse_unexplained
 from demospec.scene import Scene
 
 PLANNERS = ("grid", "latent", "rrtstar", "bitstar", "informed-rrtstar")
@@ -135,6 +135,8 @@ def plan_path(
     allowance: float = 0.0,
     seed: int = 0,
     time_limit_s: float = 2.0,
+    unknown_clearance: float | None = None,
+    anyway: bool = False,
 ) -> Plan:
     """A short path from start to goal that keeps the rule, checked exactly.
 
@@ -146,12 +148,15 @@ def plan_path(
             error of whoever carries the plan out. Less where start or goal is nearer.
         seed: For planners that sample.
         time_limit_s: For OMPL's planners, which improve as long as they may.
+        unknown_clearance: See `constraint_of`. It is given up where it leaves no way.
+        anyway: Plan also with a rule that does not explain the answers.
 
     Returns:
         A plan; where no path keeps clear, one whose status says so and names what blocks.
 
     Raises:
-        InputError: Unknown planner; start or goal in a forbidden zone or off the table.
+        InputError: Unknown planner; start or goal in a forbidden zone or off the table; a rule
+            that does not explain the answers it was learned from.
         CannotJudgeError: The scene does not list its objects.
         MissingExtraError: OMPL is not installed.
     """
@@ -162,14 +167,27 @@ def plan_path(
         raise InputError("an allowance >= 0", allowance, field="allowance")
     read = rules if isinstance(rules, RuleSet) else rules_of_model(rules)
     of = chosen_type(read, type)
-    constraint = constraint_of(rules, scene, of, envelope, symbols=symbols)
+    refuse_unexplained(read.of_type(of).fit, of, anyway=anyway)
+    if unknown_clearance is not None and not unknown_clearance >= 0:
+        raise InputError("a clearance >= 0", unknown_clearance, field="unknown_clearance")
+    constraint = constraint_of(
+        rules, scene, of, envelope, symbols=symbols, unknown_clearance=unknown_clearance
+    )
     a = np.array((scene.start if start is None else start)[:2], dtype=np.float64)
     b = np.array((scene.goal if goal is None else goal)[:2], dtype=np.float64)
     _check_on_table(_map_of(constraint, rules, resolution), scene, a, b)
     constraint = capped_at_ends(constraint, rules, of, a, b, _scale(rules), units_of(rules))
     kept = replace(constraint, zones=_grown(constraint.zones, allowance, a, b))
     where = _map_of(kept, rules, resolution)
-    path = _searched(planner, where, kept, a, b, seed, time_limit_s)
+    let_be = _within_room(constraint.unknown, a, b) if constraint.soft is None else ()
+    path = None
+    if let_be:
+        careful = replace(kept, zones=kept.zones + let_be)
+        path = _searched(planner, _map_of(careful, rules, resolution), careful, a, b, seed,
+                         time_limit_s)  # fmt: skip
+    spared = path is not None
+    if path is None:
+        path = _searched(planner, where, kept, a, b, seed, time_limit_s)
     common: dict[str, Any] = {
         "scene_id": scene.scene_id,
         "type": of,
@@ -180,6 +198,8 @@ def plan_path(
         "uninformed": constraint.uninformed,
         "metres_per_unit": _scale(rules),
         "judged_by": constraint.judged_by,
+        "unknown_clearance": max(zone.radius for zone in constraint.unknown) if spared else None,
+        "decided": constraint.decided,
     }
     if path is not None:
         return Plan(
@@ -246,6 +266,17 @@ def _grown(
         room = float(zone.shape.signed_distance(ends).min()) - zone.radius
         grown.append(replace(zone, radius=zone.radius + min(by, 0.99 * room), reach=-1.0))
     return tuple(grown)
+
+
+def _within_room(zones: tuple[Zone, ...], start: FloatArray, goal: FloatArray) -> tuple[Zone, ...]:
+    """Zones with the radius that start and goal leave; none of what holds one of them."""
+    ends = np.stack([start, goal])
+    kept = []
+    for zone in zones:
+        room = float(zone.shape.signed_distance(ends).min())
+        if room > 0 and zone.radius > 0:
+            kept.append(replace(zone, radius=min(zone.radius, 0.99 * room), reach=-1.0))
+    return tuple(kept)
 
 
 def _check_on_table(where: CostMap, scene: Scene, start: FloatArray, goal: FloatArray) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +10,7 @@ from demospec.demonstrations import DemonstrationSet
 from demospec.errors import InputError
 from demospec.planning._constraint import Plannable
 from demospec.planning._seen import SeeingModel
-from demospec.rules import ANYONE, RuleSet, TypeRules
+from demospec.rules import ANYONE, RuleSet, TypeRules, rules_in_unit
 
 
 def read_plannable(path: str | os.PathLike[str], data: DemonstrationSet | None = None) -> Plannable:
@@ -23,8 +22,8 @@ def read_plannable(path: str | os.PathLike[str], data: DemonstrationSet | None =
 
     Args:
         path: File or folder.
-        data: The set that is planned in. Pixels are its own, so its scale counts, even where
-            it says none; without a set the file's scale does.
+        data: The set that is planned in: rules are brought to its unit and scale
+            (`rules_in_unit`). Without a set the file's unit counts.
 
     Raises:
         InputError: None of these, naming file and field.
@@ -42,7 +41,10 @@ def read_plannable(path: str | os.PathLike[str], data: DemonstrationSet | None =
     if data is None:
         return read
     if isinstance(read, RuleSet):
-        return replace(read, metres_per_unit=data.metres_per_unit)
+        try:
+            return rules_in_unit(read, data.units, data.metres_per_unit)
+        except InputError as error:
+            raise error.at(file=file) from error
     read.metres_per_unit = data.metres_per_unit  # type: ignore[attr-defined]
     return read
 

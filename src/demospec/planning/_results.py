@@ -121,9 +121,13 @@ class Plan:
         capped: Symbol → clearance kept, where start or goal is nearer to such an object than
             the envelope asks: no path could keep more, so no rule that any path of this
             scene obeys asks for more.
-        uninformed: Ids of the scene's objects about which the rule says nothing (of a class that
-            no demonstration informs, or not named by an influence answer): the plan may pass
-            through them, and no demonstration says that it may.
+        uninformed: Ids of the scene's objects about which nothing is known (of a class that no
+            demonstration informs or decides, or not named by an influence answer); ``unknown``
+            in the document.
+        unknown_clearance: What the plan keeps from them, set units; None where it keeps
+            nothing, because nothing is known of any clearance, or no way is left then.
+        decided: Whether anything that is known decides in this scene; where not, ``obeys`` is
+            null in the document.
         seconds: Wall time of planning and checking.
         metres_per_unit: Or None where the set does not say.
         judged_by: ``rule``: `check` is exact. ``model``: the scene does not list its objects,
@@ -147,6 +151,8 @@ class Plan:
     seconds: float = 0.0
     metres_per_unit: float | None = None
     judged_by: Literal["rule", "model"] = "rule"
+    unknown_clearance: float | None = None
+    decided: bool = True
 
     @property
     def found(self) -> bool:
@@ -163,8 +169,10 @@ class Plan:
             "points": self.points.tolist(),
             "length": self.length if self.found else None,
             "cost": self.cost if self.found else None,
-            "obeys": self.obeys,
+            "obeys": self.obeys if self.decided or not self.found else None,
             "clearance": dict(self.check.clearance),
+            "unknown": list(self.uninformed),
+            "unknown_clearance": self.unknown_clearance,
             "status": self.status,
             "scene_id": self.scene_id,
             "type": self.type,

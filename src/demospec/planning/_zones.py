@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from demospec.errors import InputError
 from demospec.planning._results import Envelope, Zone
 from demospec.rules import ClearanceRule, RuleSet
-from demospec.scene import Disc, Scene
+from demospec.scene import Disc, Footprint, Scene, SceneObject
 
 ENVELOPES: tuple[Envelope, ...] = ("upper", "lower", "value", "max", "min")
 
@@ -46,6 +46,11 @@ def clearances(rule: ClearanceRule, envelope: Envelope = "upper") -> dict[str, t
     return chosen
 
 
+def measured_shape(item: SceneObject, distance: str) -> Footprint:
+    """What the distance to an object is measured to."""
+    return item.outline if distance == "footprint" else Disc(item.center, 0.0)
+
+
 def clearance_zones(
     rule: ClearanceRule,
     scene: Scene,
@@ -69,7 +74,7 @@ def clearance_zones(
     for item in scene.listed_objects():
         if item.symbol not in radius or (symbols is not None and item.symbol not in symbols):
             continue
-        shape = item.outline if rule.distance == "footprint" else Disc(item.center, 0.0)
+        shape = measured_shape(item, rule.distance)
         keep, bounded = radius[item.symbol]
         zones.append(Zone(item.id, item.symbol, shape, keep, bounded=bounded))
     return tuple(zones)

@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from demospec.rules._learning_curve import enough_problem, enough_set, enough_words
     from demospec.rules._measurement import Observer, evidence_of
     from demospec.rules._sentences import clearance_words
+    from demospec.rules._units import rules_in_unit
+    from demospec.rules._verdicts import known_of, refuse_unexplained
     from demospec.rules.active._of_set import query_set
     from demospec.rules.active._query import Query, next_query, query_file
     from demospec.rules.clearance._encounters import Encounters, Passes, encounters, passes
@@ -114,6 +116,9 @@ __all__ = [
     "read_rules",
     "rules_document",
     "rules_from_document",
+    "known_of",
+    "rules_in_unit",
+    "refuse_unexplained",
 ]
 
 _HOME = {
@@ -171,6 +176,9 @@ _HOME = {
     "read_rules": "_documents",
     "rules_document": "_documents",
     "rules_from_document": "_documents",
+    "rules_in_unit": "_units",
+    "refuse_unexplained": "_verdicts",
+    "known_of": "_verdicts",
 }
 
 

@@ -104,7 +104,7 @@ def _rule_set(document: Any) -> RuleSet:
         if not name:
             raise InputError("type names that are not empty", "''", field="types")
         rules[name] = _type_rules(_mapping(entry, f"types.{name}"), f"types.{name}")
-    return RuleSet(rules, units, scale, tuple(notes))
+    return RuleSet(rules, units, scale, tuple(notes), "units" in top)
 
 
 def _single_answer(answer: Mapping[str, Any]) -> dict[str, Any]:

@@ -141,12 +141,14 @@ class RuleSet:
         rules: Type → its rules.
         units, metres_per_unit: As in the set that the rules speak about.
         notes: What was left out of the answer and why, in words.
+        unit_stated: Whether a file said in which unit it speaks.
     """
 
     rules: Mapping[str, TypeRules]
     units: str = "px"
     metres_per_unit: float | None = None
     notes: tuple[str, ...] = ()
+    unit_stated: bool = field(default=True, compare=False)
 
     @property
     def types(self) -> tuple[str, ...]:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from demospec.demonstrations import Paths, Verdict
+from demospec.errors import InputError
 from demospec.frames import FloatArray
 from demospec.rules._goodness import Fit
 from demospec.rules.clearance._measure import Distance, nearest_approach
@@ -131,3 +132,18 @@ def verdicts(
     out[rejected] = "reject"
     said: list[Verdict] = out.tolist()
     return said
+
+
+def refuse_unexplained(fit: Fit | None, type: str, *, anyway: bool = False) -> None:
+    """Refuses to use a rule that does not explain the answers it was learned from.
+
+    Raises:
+        InputError: The verdict of the fit is ``not``; `anyway` lets it pass.
+    """
+    if fit is not None and fit.verdict == "not" and not anyway:
+        found = f"verdict not ({fit.contradicted} of {fit.n} contradicted, p = {fit.p_chance:.2g})"
+        raise InputError(
+            "a rule that explains the answers (--anyway uses it all the same)",
+            found,
+            field=f"types.{type}.fit",
+        )

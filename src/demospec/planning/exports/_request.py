@@ -114,6 +114,8 @@ def export_request(
     planner: str = "grid",
     speed_m_s: float = SPEED_M_S,
     axes: Frame | None = None,
+    unknown_clearance: float | None = None,
+    anyway: bool = False,
 ) -> ExportRequest:
     """Plans in one scene and bundles what exports need. Arguments as for `plan_path`.
 
@@ -127,8 +129,9 @@ def export_request(
     if not (np.isfinite(speed_m_s) and speed_m_s > 0):
         raise InputError("a speed > 0 (m/s)", speed_m_s, field="speed")
     plan = plan_path(
-        rules, scene, type, envelope, planner=planner, resolution=resolution, symbols=symbols
-    )
+        rules, scene, type, envelope, planner=planner, resolution=resolution, symbols=symbols,
+        unknown_clearance=unknown_clearance, anyway=anyway,
+    )  # fmt: skip
     where = cost_map(rules, scene, type, envelope, resolution=resolution, symbols=symbols)
     # What the plan could not keep because of where it starts, no map may ask for.
     where = replace(where, zones=capped_zones(where.zones, plan.capped))

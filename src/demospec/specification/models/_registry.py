@@ -46,13 +46,18 @@ def fit_model(
     return fit_ensemble(data, model, members=members, seed=seed, progress=progress, **settings)
 
 
-def load_model(path: str | os.PathLike[str], types: Sequence[str] = ()) -> Any:
+def load_model(
+    path: str | os.PathLike[str],
+    types: Sequence[str] = (),
+    data: DemonstrationSet | None = None,
+) -> Any:
     """A model folder, or a rule file (a JSON answer of `rules`, or hand-written), as a model.
 
     Args:
         path: File or folder.
         types: User types of the set that is to be judged. A rule file with rules for `anyone`
             alone judges each of them (`RuleSet.for_types`); other models know their own types.
+        data: The set that is to be judged; rules are brought to its unit and scale.
 
     Returns:
         A `ValidityModel`.
@@ -63,9 +68,15 @@ def load_model(path: str | os.PathLike[str], types: Sequence[str] = ()) -> Any:
     """
     place = Path(path)
     if place.is_file():
-        from demospec.rules import read_rules
+        from demospec.rules import read_rules, rules_in_unit
 
-        return read_rules(place).for_types(types)
+        rules = read_rules(place).for_types(types)
+        if data is None:
+            return rules
+        try:
+            return rules_in_unit(rules, data.units, data.metres_per_unit)
+        except InputError as error:
+            raise error.at(file=place) from error
     if not place.is_dir():
         raise InputError("a model folder or a rule file", "no such file or folder", file=place)
     if not (place / "config.json").is_file():

@@ -1,0 +1,76 @@
+"""Rules in the unit of the set that they are applied to."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+from demospec.errors import InputError
+from demospec.frames import metres_of_unit
+from demospec.rules._rule_set import ClearanceRule, RuleSet, TypeRules
+
+_SAME = 1e-9
+
+
+def rules_in_unit(rules: RuleSet, units: str, metres_per_unit: float | None) -> RuleSet:
+    """The same rules for a set of another unit or scale.
+
+    A rule file that names no unit speaks in that of the set. Pixels of one scale become pixels
+    of another through metres; where one of both scales is unknown, pixels are taken for pixels.
+
+    Args:
+        units, metres_per_unit: Of the set.
+
+    Raises:
+        InputError: Units that no known scale connects.
+    """
+    if not rules.unit_stated or (rules.units == units and None in (
+        rules.metres_per_unit, metres_per_unit
+    )):  # fmt: skip
+        return replace(rules, units=units, metres_per_unit=metres_per_unit, unit_stated=True)
+    mine = metres_of_unit(rules.units, rules.metres_per_unit)
+    theirs = metres_of_unit(units, metres_per_unit)
+    if mine is None or theirs is None:
+        if rules.units == units:
+            return replace(rules, metres_per_unit=metres_per_unit)
+        raise InputError(
+            f"rules in {units}, as the set, or a scale (metres_per_unit) on both sides",
+            f"rules in {rules.units}",
+            field="units",
+        )
+    factor = mine / theirs
+    if abs(factor - 1.0) > _SAME:
+        rules = replace(
+            rules, rules={name: _scaled(rule, factor) for name, rule in rules.rules.items()}
+        )
+    return replace(rules, units=units, metres_per_unit=metres_per_unit)
+
+
+def _scaled(rule: TypeRules, factor: float) -> TypeRules:
+    if rule.influence is not None and rule.clearance is None:
+        raise InputError(
+            "a rule of the set's own scale (an influence rule counts whole units)",
+            f"one {factor:g} times as large",
+            field="units",
+        )
+    clearance = None
+    if rule.clearance is not None:
+        c = rule.clearance
+        clearance = ClearanceRule(
+            {s: v * factor for s, v in c.value.items()},
+            {s: (a * factor, b * factor) for s, (a, b) in c.interval.items()},
+            c.uninformed,
+            c.distance,
+        )
+    evidence: dict[str, Any] = dict(rule.evidence)
+    for name in ("at_most", "decided"):
+        if isinstance(evidence.get(name), Mapping):
+            evidence[name] = {s: _times(v, factor) for s, v in evidence[name].items()}
+    return replace(rule, clearance=clearance, influence=None, evidence=evidence)
+
+
+def _times(value: Any, factor: float) -> Any:
+    if isinstance(value, list):
+        return [_times(v, factor) for v in value]
+    return value if value is None else float(value) * factor
