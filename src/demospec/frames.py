@@ -1,4 +1,4 @@
-"""Frames and units: picture pixels, table metres, and the solver's integer quantum.
+"""Frames and units: the frame of a set, picture pixels, metres, and lengths in words.
 
 Pixel frame: x right, y down, origin at the outer corner of the top-left pixel, so that
 pixel (i, j) is centred at (i + 0.5, j + 0.5). Table frame of a picture: metres, x right, y away
@@ -8,9 +8,10 @@ metres keep the frame in which they came; nothing of theirs is turned over.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -31,10 +32,20 @@ class Frame:
         name: Such as ``map`` or ``base_link``; None where nobody said.
         y: Whether y grows away from the viewer (``up``, as in ROS) or towards (``down``, as in
             pictures).
+        homography: Three rows of three: set coordinates → metres in the frame of this name, for
+            metres that became pixels of a picture; None: the set's scale says all.
     """
 
     name: str | None = None
     y: Axis = "up"
+    homography: tuple[tuple[float, float, float], ...] | None = None
+
+    def to_json(self) -> dict[str, Any]:
+        """The entry of ``dataset.json``."""
+        document: dict[str, Any] = {"name": self.name, "y": self.y}
+        if self.homography is not None:
+            document["homography"] = [list(row) for row in self.homography]
+        return document
 
     @classmethod
     def of_units(cls, units: str) -> Frame:
@@ -97,6 +108,23 @@ METRES: Mapping[str, float] = {"m": 1.0, "cm": 0.01, "mm": 0.001}
 def metres_of_unit(units: str, metres_per_unit: float | None) -> float | None:
     """Metres that one unit of a set is long, or None where nobody said."""
     return METRES.get(units, metres_per_unit)
+
+
+def metres_of_words(text: str) -> float:
+    """``30 cm``, ``300mm`` or ``0.3 m`` → metres; InputError for anything else."""
+    found = re.fullmatch(r"\s*([0-9]*\.?[0-9]+)\s*(mm|cm|m)\s*", text)
+    if found is None or not float(found[1]) > 0:
+        raise InputError("a length such as 30cm, 300mm or 0.3m", text, field="ruler")
+    return float(found[1]) * METRES[found[2]]
+
+
+def ruler(first: ArrayLike, second: ArrayLike, length_m: float) -> float:
+    """Metres per unit, from two points of a picture and the length between them in metres."""
+    ends = np.asarray([first, second], dtype=np.float64)
+    apart = float(np.hypot(*(ends[1] - ends[0])))
+    if not (np.isfinite(apart) and apart > 0):
+        raise InputError("two different points", str(ends.tolist()), field="ruler")
+    return length_m / apart
 
 
 def describe_length(

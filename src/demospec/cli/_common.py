@@ -31,6 +31,26 @@ SetFolder = Annotated[Path, typer.Argument(metavar="SET", help="A demonstration 
 ModelPath = Annotated[
     Path, typer.Argument(metavar="MODEL", help="A model folder, or a rule file (JSON).")
 ]
+Ruler = Annotated[
+    tuple[float, float, float, float, str] | None,
+    typer.Option(
+        "--ruler",
+        metavar="X1 Y1 X2 Y2 LENGTH",
+        help="Two points of the picture and how far apart they are, such as 12 80 90 80 30cm.",
+    ),
+]
+
+
+def measured(ruler: tuple[float, float, float, float, str]) -> float:
+    """Metres per unit, by what --ruler says."""
+    from demospec import frames
+    from demospec.errors import InputError
+
+    try:
+        length = frames.metres_of_words(ruler[4])
+        return frames.ruler(ruler[:2], ruler[2:4], length)
+    except InputError as error:
+        raise error.at(field="--ruler") from error
 
 
 class FullSentences(TyperGroup):

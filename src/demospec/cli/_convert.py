@@ -7,7 +7,16 @@ from typing import Annotated, Any
 
 import typer
 
-from demospec.cli._common import Force, Json, print_json, print_table, progress_bar, say
+from demospec.cli._common import (
+    Force,
+    Json,
+    Ruler,
+    measured,
+    print_json,
+    print_table,
+    progress_bar,
+    say,
+)
 from demospec.errors import InputError
 
 
@@ -60,6 +69,7 @@ def convert(
     metres_per_unit: Annotated[
         float | None, typer.Option("--metres-per-unit", help="Metres per picture pixel.")
     ] = None,
+    ruler: Ruler = None,
     demonstration: Annotated[
         str | None,
         typer.Option("--demonstration", help="Column (topic) that tells demonstrations apart."),
@@ -125,6 +135,10 @@ def convert(
     header: int | str | None = header_row
     if header_row is not None and header_row.isdecimal():
         header = int(header_row)
+    if ruler is not None:
+        if metres_per_unit is not None:
+            raise InputError("one scale", "--metres-per-unit too", field="--ruler")
+        metres_per_unit = measured(ruler)
     projection = None
     if plane is not None:
         given = mapping.model_dump(exclude_unset=True).get("projection") or {}

@@ -12,8 +12,10 @@ from demospec.cli._common import (
     FullSentences,
     Json,
     OutFolder,
+    Ruler,
     Seed,
     SetFolder,
+    measured,
     print_json,
     say,
 )
@@ -219,15 +221,33 @@ def rescale(
     units: Annotated[
         str | None, typer.Option("--units", help="New name of the unit, such as px.")
     ] = None,
+    ruler: Ruler = None,
+    scene: Annotated[
+        list[str] | None,
+        typer.Option("--scene", help="Of --ruler: only this scene; may be repeated."),
+    ] = None,
     json: Json = False,
     force: Force = False,
 ) -> None:
-    """Change the scale of points, objects and pictures; metres_per_unit follows."""
+    """Change the scale of points, objects and pictures; metres_per_unit follows.
+
+    With --ruler nothing moves: the set, or one of its pictures, is told how large it is.
+    """
     from demospec.demonstrations import edit, read_set
 
     data = read_set(set_folder)
+    if ruler is not None:
+        if factor is not None or metres_per_unit is not None or units is not None:
+            raise InputError("--ruler alone", "beside another scale", field="--ruler")
+        scale = measured(ruler)
+        data = edit.scaled_by(data, scale, scene or ())
+        _write(data, out, "rescale", {"metres_per_unit": scale, "scenes": scene or []},
+               [set_folder], json, force)  # fmt: skip
+        return
+    if scene:
+        raise InputError("--ruler beside --scene", "none", field="--scene")
     if (factor is None) == (metres_per_unit is None):
-        raise InputError("either --factor or --metres-per-unit", "both or neither")
+        raise InputError("--factor, --metres-per-unit or --ruler", "several or none")
     if factor is None:
         assert metres_per_unit is not None
         if data.metres_per_unit is None:

@@ -11,6 +11,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationErr
 from demospec.demonstrations._trajectory import MAX_COORDINATE
 from demospec.errors import InputError
 from demospec.files import to_json
+from demospec.frames import Frame
 from demospec.geometry import Disc, Footprint, MultiPolygon, Polygon, rectangle
 from demospec.scene import Picture, Relation, Scene, SceneObject, SceneRecipe
 
@@ -53,11 +54,27 @@ class _Strict(BaseModel):
     model_config = ConfigDict(extra="allow", strict=True)
 
 
+Row = Annotated[list[Coordinate], Field(min_length=3, max_length=3)]
+
+Scale = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+
+
 class FrameEntry(_Strict):
-    """``frame`` of ``dataset.json``."""
+    """The frame of a set's points: its name, where y points, and for pixels that were metres the
+    homography from set coordinates to metres in it."""
 
     name: Name | None = None
     y: Literal["up", "down"]
+    homography: Annotated[list[Row], Field(min_length=3, max_length=3)] | None = None
+
+    def to_frame(self) -> Frame:
+        """The frame; InputError for a homography that has no inverse."""
+        if self.homography is None:
+            return Frame(self.name, self.y)
+        (a, b, c), (d, e, f), (g, h, i) = self.homography
+        if a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g) == 0:
+            raise InputError("an invertible 3x3 matrix", self.homography, field="frame.homography")
+        return Frame(self.name, self.y, ((a, b, c), (d, e, f), (g, h, i)))
 
 
 class Header(_Strict):
@@ -67,7 +84,7 @@ class Header(_Strict):
     version: Annotated[int, Field(ge=1)] = 1
     name: str = "unnamed"
     units: str = "px"
-    metres_per_unit: Annotated[float, Field(gt=0, allow_inf_nan=False)] | None = None
+    metres_per_unit: Scale | None = None
     symbols: list[Name] = []
     types: list[Name] = []
     columns: Annotated[list[Name], Field(min_length=2)] = ["x", "y"]
@@ -138,6 +155,7 @@ class SceneLine(_Strict):
     objects: list[ObjectLine] | None = None
     listed: bool | None = None
     relations: list[RelationLine] | None = None
+    metres_per_unit: Scale | None = None
 
     def to_scene(self, picture: Picture | None) -> Scene:
         """The scene, with a picture that the caller opened.
@@ -171,6 +189,7 @@ class SceneLine(_Strict):
             relations=tuple(
                 Relation(r.kind, (r.between[0], r.between[1])) for r in self.relations or ()
             ),
+            metres_per_unit=self.metres_per_unit,
         )
 
     @staticmethod
@@ -181,6 +200,8 @@ class SceneLine(_Strict):
             said["listed"] = True
         if scene.relations:
             said["relations"] = [r.to_json() for r in scene.relations]
+        if scene.metres_per_unit is not None:
+            said["metres_per_unit"] = scene.metres_per_unit
         return _Line(
             {
                 "file_name": file_name,

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from demospec.demonstrations._trajectory import Demonstrations
 from demospec.errors import InputError
-from demospec.frames import Frame, metres_of_unit
+from demospec.frames import METRES, Frame, metres_of_unit
 from demospec.geometry import extent, path_bounds
 from demospec.scene import Scene
 
@@ -27,7 +27,7 @@ class DemonstrationSet:
         demonstrations: At least one, with unique ids, each in a scene of the set.
         name: Free text.
         units: Unit of the coordinates, ``px`` for picture pixels.
-        metres_per_unit: > 0, or None where unknown.
+        metres_per_unit: > 0, or None where unknown; of a set in m, cm or mm what its unit says.
         symbols: Class words. Words that scenes use and this omits are refused.
         types: User types. Types that demonstrations use and this omits are refused.
         columns: What a point holds; ``x``, ``y`` first.
@@ -60,6 +60,8 @@ class DemonstrationSet:
         return metres_of_unit(self.units, self.metres_per_unit)
 
     def __post_init__(self) -> None:
+        if self.metres_per_unit is None and self.units in METRES:
+            object.__setattr__(self, "metres_per_unit", METRES[self.units])
         _check_header(self)
         _check_scenes(self)
         _check_demonstrations(self)
@@ -84,6 +86,10 @@ class DemonstrationSet:
         np.minimum.at(box[:, :2], at, own[:, :2])
         np.maximum.at(box[:, 2:], at, own[:, 2:])
         return float(np.median([extent((a, b, c, d)) for a, b, c, d in box.tolist()]))
+
+    def scale_of(self, scene: Scene) -> float | None:
+        """Metres that one unit of a scene is long: the scene's own scale, else the set's."""
+        return self.metres_per_unit if scene.metres_per_unit is None else scene.metres_per_unit
 
     def scene(self, scene_id: str) -> Scene:
         """The scene of that id; InputError lists some of those there are."""
@@ -119,6 +125,10 @@ def _check_header(s: DemonstrationSet) -> None:
     scale = s.metres_per_unit
     if scale is not None and not (math.isfinite(scale) and scale > 0):
         raise InputError("a number > 0 or null", scale, field="metres_per_unit")
+    if scale is not None and s.units in METRES and not math.isclose(scale, METRES[s.units]):
+        raise InputError(
+            f"{METRES[s.units]} or null, as the unit is {s.units}", scale, field="metres_per_unit"
+        )
     for name, words in (("types", s.types), ("symbols", s.symbols), ("columns", s.columns)):
         twice = [word for word, n in Counter(words).items() if n > 1]
         if twice:
@@ -138,6 +148,9 @@ def _check_scenes(s: DemonstrationSet) -> None:
         if scene.scene_id in seen:
             raise InputError("each scene once", scene.scene_id, row=row, field="scene_id")
         seen.add(scene.scene_id)
+        own = scene.metres_per_unit
+        if own is not None and not (math.isfinite(own) and own > 0):
+            raise InputError("a number > 0 or null", own, row=row, field="scenes.metres_per_unit")
         ids: set[str] = set()
         for item in scene.objects or ():
             if item.id in ids:

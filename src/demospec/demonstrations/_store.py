@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +21,6 @@ from demospec.demonstrations._table import read_table, write_table
 from demospec.demonstrations._trajectory import Demonstrations
 from demospec.errors import InputError
 from demospec.files import parse_json, read_bytes, read_json, to_json, writing_folder
-from demospec.frames import Frame
 from demospec.scene import Picture, Scene
 
 PARQUET = "demonstrations.parquet"
@@ -70,7 +69,7 @@ def assemble(
             types=tuple(header.types),
             columns=tuple(header.columns),
             extra=tuple((header.model_extra or {}).items()),
-            frame=None if header.frame is None else Frame(header.frame.name, header.frame.y),
+            frame=None if header.frame is None else header.frame.to_frame(),
         )
     except InputError as error:
         raise error.at(file=_file_of(root, error)) from error
@@ -78,7 +77,7 @@ def assemble(
 
 def _file_of(root: Path, error: InputError) -> Path:
     field = (error.field or "").split(".")[0]
-    if field in ("metres_per_unit", "types", "symbols", "columns"):
+    if field in ("metres_per_unit", "frame", "types", "symbols", "columns"):
         return root / "dataset.json"
     if field in ("objects", "scenes") or (
         field == "scene_id" and error.expected.startswith("each")
@@ -163,10 +162,10 @@ def write_set(
             "name": data.name,
             "units": data.units,
             "metres_per_unit": data.metres_per_unit,
+            **({} if data.frame is None else {"frame": data.frame.to_json()}),
             "symbols": list(data.symbols),
             "types": list(data.types),
             "columns": list(data.columns),
-            **({} if data.frame is None else {"frame": asdict(data.frame)}),
             **dict(data.extra),
         }
         (root / "dataset.json").write_text(to_json(header) + "\n", encoding="utf-8")

@@ -158,6 +158,7 @@ class Scene:
         recipe: What a rendered scene was drawn from; None for a photograph.
         relations: Which of the objects belong together. One that names an object which the
             list does not hold (any longer) says nothing and is left out.
+        metres_per_unit: Of a picture of another scale than its set; None: as the set says.
     """
 
     scene_id: str
@@ -169,6 +170,7 @@ class Scene:
     extra: tuple[tuple[str, Any], ...] = ()
     recipe: SceneRecipe | None = None
     relations: tuple[Relation, ...] = ()
+    metres_per_unit: float | None = None
 
     def __post_init__(self) -> None:
         if self.relations and self.objects is not None:

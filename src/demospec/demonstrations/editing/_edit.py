@@ -21,13 +21,13 @@ from demospec.demonstrations._trajectory import (
 )
 from demospec.demonstrations.editing._columns import with_columns
 from demospec.demonstrations.editing._doubted import doubted, refuse_many
-from demospec.demonstrations.editing._geometry import crop, rescale, trim
+from demospec.demonstrations.editing._geometry import crop, rescale, scaled_by, trim
 from demospec.errors import InputError
 from demospec.scene import Scene
 
 __all__ = [
     "crop", "doubted", "drop", "joined", "merge", "provenance", "refuse_inside", "refuse_many",
-    "relabel", "repeated", "rescale", "split", "trim", "write_edited",
+    "relabel", "repeated", "rescale", "scaled_by", "split", "trim", "write_edited",
 ]  # fmt: skip
 
 
@@ -38,7 +38,8 @@ def merge(sets: Sequence[DemonstrationSet], names: Sequence[str] | None = None) 
     name in front.
 
     Args:
-        sets: At least one; of one unit, one scale and the same columns.
+        sets: At least one; of one unit and frame and the same columns. Pictures of another
+            scale than the first set's keep theirs, scene by scene.
         names: One for each set, for clashing ids; by default the sets' own names.
 
     Raises:
@@ -50,6 +51,8 @@ def merge(sets: Sequence[DemonstrationSet], names: Sequence[str] | None = None) 
     for other in sets[1:]:
         for field in ("units", "metres_per_unit", "columns", "frame"):
             mine, theirs = getattr(first, field), getattr(other, field)
+            if field == "metres_per_unit" and mine is not None and theirs is not None:
+                continue
             if mine != theirs:
                 raise InputError(f"{mine}, as in the first set", f"{theirs} in {other.name}",
                                  field=field)  # fmt: skip
@@ -60,6 +63,8 @@ def merge(sets: Sequence[DemonstrationSet], names: Sequence[str] | None = None) 
     for data, label in zip(sets, labels, strict=True):
         renamed: dict[str, str] = {}
         for scene in data.scenes:
+            if data.scale_of(scene) != first.metres_per_unit:
+                scene = replace(scene, metres_per_unit=data.scale_of(scene))
             new = scene.scene_id
             if new in scenes and scenes[new] != scene:
                 new = _free(f"{label}-{new}", set(scenes))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import replace
 
 import numpy as np
@@ -12,6 +13,7 @@ from demospec.demonstrations._trajectory import (
 )
 from demospec.demonstrations.editing._columns import with_columns
 from demospec.errors import InputError
+from demospec.frames import METRES, FloatArray, Frame
 from demospec.scene import Picture, Scene, SceneObject
 
 
@@ -56,6 +58,7 @@ def crop(data: DemonstrationSet, box: tuple[int, int, int, int]) -> Demonstratio
     flat[:, :2] -= (x, y)
     return replace(
         data,
+        frame=_frame_after(data, np.array([[1.0, 0.0, x], [0.0, 1.0, y], [0.0, 0.0, 1.0]])),
         scenes=tuple(cut(s) for s in data.scenes),
         demonstrations=with_columns(data.demonstrations, flat=flat),
     )
@@ -71,21 +74,67 @@ def rescale(data: DemonstrationSet, factor: float, *, units: str | None = None) 
 
     Args:
         factor: > 0. Pictures are resampled to the nearest whole size.
-        units: New name of the unit (``px`` for a set in metres that becomes one in pixels).
+        units: New name of the unit; by default the old one, or, of a set in metres, that of
+            the length that the new one has (m, cm, mm), else px.
     """
     if not (np.isfinite(factor) and factor > 0):
         raise InputError("a number > 0", factor, field="factor")
     flat = data.demonstrations.flat.copy()
     lengths = [i for i, name in enumerate(data.columns) if name in ("x", "y", "z", "speed")]
     flat[:, lengths] *= factor
-    scale = data.metres_per_unit
+    scale = None if data.metres_per_unit is None else data.metres_per_unit / factor
+    if units is None and scale is not None and data.units in METRES:
+        units = next((u for u, m in METRES.items() if np.isclose(scale, m, rtol=1e-9)), "px")
     return replace(
         data,
         scenes=tuple(_scaled_scene(s, factor) for s in data.scenes),
         demonstrations=with_columns(data.demonstrations, flat=flat),
-        metres_per_unit=None if scale is None else scale / factor,
+        metres_per_unit=scale,
         units=units or data.units,
+        frame=_frame_after(data, np.diag([1 / factor, 1 / factor, 1.0])),
     )
+
+
+def scaled_by(
+    data: DemonstrationSet, metres_per_unit: float, scenes: Collection[str] = ()
+) -> DemonstrationSet:
+    """The set with another scale; points and pictures stay what they are.
+
+    Args:
+        metres_per_unit: As measured on a picture (`demospec.frames.ruler`).
+        scenes: Only of these scenes; none: of all.
+
+    Raises:
+        InputError: A set that is in metres; an unknown scene.
+    """
+    if data.units in METRES:
+        raise InputError("a set of pixels", f"one in {data.units}", field="units")
+    if not scenes:
+        plain = tuple(replace(s, metres_per_unit=None) for s in data.scenes)
+        return replace(data, metres_per_unit=metres_per_unit, scenes=plain)
+    chosen = {data.scene(name).scene_id for name in scenes}
+    measured = tuple(
+        replace(s, metres_per_unit=metres_per_unit) if s.scene_id in chosen else s
+        for s in data.scenes
+    )
+    return replace(data, scenes=measured)
+
+
+def _frame_after(data: DemonstrationSet, back: FloatArray) -> Frame | None:
+    """The set's frame once its points are others; `back` (3, 3) leads to the old ones."""
+    frame = data.frame
+    if frame is None or (frame.homography is None and not back[:2, 2].any()):
+        return frame
+    if frame.homography is None and frame.y == "down":
+        return frame  # pixels, measured from the corner of the picture that there is now
+    if frame.homography is not None:
+        matrix = np.array(frame.homography) @ back
+    elif data.metres_per_unit is None:
+        return None  # an origin elsewhere, of pixels of unknown size
+    else:
+        matrix = np.diag([data.metres_per_unit, data.metres_per_unit, 1.0]) @ back
+    (a, b, c), (d, e, f), (g, h, i) = matrix.tolist()
+    return replace(frame, homography=((a, b, c), (d, e, f), (g, h, i)))
 
 
 def _scaled_scene(scene: Scene, factor: float) -> Scene:
@@ -110,6 +159,7 @@ def _scaled_scene(scene: Scene, factor: float) -> Scene:
         goal=tuple(v * factor for v in scene.goal),
         objects=objects,
         picture=picture,
+        metres_per_unit=None if scene.metres_per_unit is None else scene.metres_per_unit / factor,
         recipe=scene.recipe if factor == 1 else None,  # it describes the picture as it was drawn
     )
 

@@ -28,6 +28,7 @@ from demospec.demonstrations.readers._scene_parts import (
     match_objects,
     raw_scenes,
 )
+from demospec.demonstrations.readers._set_frame import frame_of
 from demospec.demonstrations.readers._units import (
     Converter,
     SourceUnit,
@@ -137,6 +138,7 @@ def assemble(
         symbols=tuple(symbols),
         types=tuple(types),
         columns=names,
+        frame=frame_of(source, converter, shown.values()),
     )
     reading = Reading(
         columns=_columns_read(recordings, columns, clock, unit),
