@@ -227,3 +227,11 @@ def test_axes_in_different_units_become_metres(tmp_path: Path) -> None:
         np.testing.assert_allclose(item.points, [[0.1, 0.2], [0.3, 0.1]])
     with pytest.raises(InputError, match="the unit that the columns state"):
         read_source(tmp_path / "in", mapping=Mapping(units="mm"))
+
+
+def test_a_label_of_a_class_is_no_verdict(tmp_path: Path) -> None:
+    data = read_json(tmp_path, {"label": "reach"}).data
+    assert data.demonstrations[0].valid is None
+    assert read_json(tmp_path, {"label": "bad"}).data.demonstrations[0].valid is False
+    with pytest.raises(InputError, match="a truth value"):
+        read_json(tmp_path, {"label": "reach"}, valid="label")

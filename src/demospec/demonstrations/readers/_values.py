@@ -45,10 +45,9 @@ def automatic(what: str, recordings: list[Recording], words: MappingType[str, bo
         for field in recording.fields:
             known.setdefault(field.lower(), field)
     for name in AUTO[what]:
-        if any(name in r.fields for r in recordings):
-            return name
-        if name in known:
-            return known[name]
+        found = name if any(name in r.fields for r in recordings) else known.get(name)
+        if found is not None and (name != "label" or _says_truth(recordings, found, words)):
+            return found
     if what == "valid":
         depth = min(len(r.folders) for r in recordings)
         levels = [
@@ -63,6 +62,17 @@ def automatic(what: str, recordings: list[Recording], words: MappingType[str, bo
         if levels:
             return f"folder:{levels[0] + 1}"
     return "none"
+
+
+def _says_truth(recordings: list[Recording], name: str, words: MappingType[str, bool]) -> bool:
+    """Whether a field holds truth values and nothing else: a ``label`` may be that of a class."""
+    for recording in recordings:
+        value = recording.fields.get(name)
+        said = value.tolist() if isinstance(value, np.ndarray) else value
+        for item in dict.fromkeys(map(str, said)) if isinstance(said, list) else [said]:
+            if isinstance(truth(item, words), _Neither):
+                return False
+    return True
 
 
 def value_of(recording: Recording, source: str, what: str) -> Any:

@@ -64,13 +64,16 @@ class TextColumns:
         self._mark: tuple[str, int] | None = None
         self._numbers: dict[int, FloatArray] = {}
         self._seconds: dict[int, FloatArray] = {}
+        self._words: dict[int, bool] = {}
 
     def __len__(self) -> int:
         return len(self.columns[0]) if self.columns else 0
 
     def texts(self, j: int) -> list[str]:
         """The cells of a column, without the blanks around them."""
-        return [cell.strip() for cell in self.columns[j].to_pylist()]
+        import pyarrow.compute as pc
+
+        return list(pc.utf8_trim_whitespace(self.columns[j]).to_pylist())
 
     def numbers(self, j: int) -> FloatArray:
         """(n,) numbers, NaN where a cell is missing.
@@ -162,11 +165,12 @@ class TextColumns:
             InputError: A cell that is neither.
         """
         if j not in self._seconds:
-            first = next((t for t in self.texts(j) if t.lower() not in MISSING), "")
-            if as_number(first, comma=self.decimal_commas) is not None or not first:
-                return self.numbers(j)
             texts = self.texts(j)
-            self._seconds[j] = np.array([self._date(t, i, j) for i, t in enumerate(texts)])
+            first = next((t for t in texts if t.lower() not in MISSING), "")
+            if as_number(first, comma=self.decimal_commas) is not None or not first:
+                self._seconds[j] = self.numbers(j)
+            else:
+                self._seconds[j] = np.array([self._date(t, i, j) for i, t in enumerate(texts)])
         return self._seconds[j]
 
     def _date(self, cell: str, i: int, j: int) -> float:
@@ -180,9 +184,14 @@ class TextColumns:
             raise self._fault(j, i, expected, cell) from error
 
     def are_words(self, j: int) -> bool:
-        """Whether the column has cells and none of them is a number."""
-        said = [t for t in dict.fromkeys(self.texts(j)) if t.lower() not in MISSING]
-        return all(as_number(t, comma=self.decimal_commas) is None for t in said)
+        """Whether no cell of the column is a number."""
+        if j not in self._words:
+            self._words[j] = all(
+                as_number(t, comma=self.decimal_commas) is None
+                for t in dict.fromkeys(self.texts(j))
+                if t.lower() not in MISSING
+            )
+        return self._words[j]
 
 
 class Rows:

@@ -10,6 +10,7 @@ from demospec.demonstrations.readers._column_names import LENGTHS, column_name
 from demospec.demonstrations.readers._mapping import Mapping
 from demospec.demonstrations.readers.tables._cells import TextColumns, as_number
 from demospec.demonstrations.readers.tables._text_lines import (
+    DELIMITERS,
     Line,
     delimiter_of,
     head_of,
@@ -125,10 +126,12 @@ def _motive(data: bytes, head: list[Line], how: Mapping, file: Path) -> Layout |
 
 def _deeplabcut(data: bytes, head: list[Line], how: Mapping, file: Path) -> Layout | None:
     """DeepLabCut's CSV: lines scorer, (individuals,) bodyparts, coords."""
+    if not head[0].text.lower().lstrip('"').startswith("scorer"):
+        return None
     delimiter = delimiter_of(head, file)
     rows = [split(line.text, delimiter) for line in head[:5]]
     keys = [row[0].lower() for row in rows]
-    if keys[0] != "scorer" or "bodyparts" not in keys or "coords" not in keys:
+    if "bodyparts" not in keys or "coords" not in keys:
         return None
     at = keys.index("coords")
     parts, coords = rows[keys.index("bodyparts")], rows[at]
@@ -187,7 +190,8 @@ def _tracker(data: bytes, head: list[Line], how: Mapping, file: Path) -> Layout 
     """Tracker's data export: the track's name, then t, x, y; or several tracks side by side."""
     several = head[0].text.strip().lower() == "#multi:"
     rows = head[1:] if several else head
-    if len(rows) < 2 or rows[0].text.lstrip().startswith("#"):
+    title = rows[0].text.strip(" ;,\t|") if rows else "#"
+    if len(rows) < 2 or title.startswith("#") or (not several and set(title) & set(DELIMITERS)):
         return None
     delimiter = delimiter_of(rows[1:], file)
     names, columns = split(rows[0].text, delimiter), split(rows[1].text, delimiter)

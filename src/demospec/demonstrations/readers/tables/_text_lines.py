@@ -22,7 +22,7 @@ MAX_COLUMNS = 10_000
 MAX_LINE = 1 << 20
 """Bytes of a line at the beginning; a longer one is taken for a broken or hostile file."""
 
-HEAD_LINES = 64
+HEAD_LINES = 24
 """Lines at the beginning that say how the rest is written."""
 
 DELIMITERS = (";", "\t", "|", ",")
