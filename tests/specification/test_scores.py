@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from demospec.demonstrations import Demonstration, Demonstrations, DemonstrationSet, bezier_points
 from demospec.errors import CannotJudgeError, InputError
-from demospec.specification import evaluate, predict
-from demospec.specification.evaluation._evaluate import clustered_interval, score, wilson
+from demospec.specification import evaluate, predict, wilson_interval
+from demospec.specification.evaluation._evaluate import clustered_interval, score
 
 
 def disc_set(n: int = 20, *, types: tuple[str | None, ...] = ("careful",)) -> DemonstrationSet:
@@ -100,7 +100,7 @@ def test_scores_equal_their_definition(rows):
 
 def test_wilson_is_the_known_interval():
     # Newcombe 1998, table I: 81 of 263 → 0.2553 to 0.3662.
-    low, high = wilson(81 / 263, 263)
+    low, high = wilson_interval(81 / 263, 263)
     assert (round(low, 4), round(high, 4)) == (0.2553, 0.3662)
 
 

@@ -9,8 +9,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from demospec.causal._results import CausalFindings
-from demospec.causal._sentences import plural
-from demospec.rules import ClearanceRule, RuleSet, TypeRules
+from demospec.rules import ClearanceRule, RuleSet, TypeRules, plural
 
 
 def rules_of_causes(rules: RuleSet, findings: CausalFindings) -> RuleSet:

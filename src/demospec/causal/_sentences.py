@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from demospec.causal._results import Placebo, Settings, SymbolEffect, TypeEffect
+from demospec.rules import listed, plural
 
 
 def sentences(
@@ -74,7 +75,7 @@ def of_placebo(placebo: Sequence[Placebo], settings: Settings) -> str:
     moved = [p.type for p in measured if not p.null]
     if moved:
         return (
-            f"Warning: moving a patch of bare table changes the verdict for {_and(moved)} "
+            f"Warning: moving a patch of bare table changes the verdict for {listed(moved)} "
             f"({worst.effect:+.3f}); the effects of symbols are not to be trusted."
         )
     return (
@@ -83,20 +84,5 @@ def of_placebo(placebo: Sequence[Placebo], settings: Settings) -> str:
     )
 
 
-def plural(word: str) -> str:
-    """English plural of a class word: glass → glasses, bowl → bowls, battery → batteries."""
-    if word.endswith(("s", "x", "z", "ch", "sh")):
-        return word + "es"
-    if word.endswith("y") and word[-2:-1] not in "aeiou":
-        return word[:-1] + "ies"
-    return word + "s"
-
-
 def _list(symbols: Sequence[str], joint: str = "and") -> str:
-    return _and([plural(s) for s in symbols], joint)
-
-
-def _and(words: Sequence[str], joint: str = "and") -> str:
-    if len(words) < 2:
-        return "".join(words)
-    return f"{', '.join(words[:-1])} {joint} {words[-1]}"
+    return listed([plural(s) for s in symbols], joint)

@@ -128,11 +128,11 @@ def percent(value: float | None, digits: int = 1) -> str:
     return "–" if value is None else f"{100 * value:.{digits}f} %"
 
 
-def wilson(hits: float, n: int, z: float = 1.959964) -> tuple[float, float]:
+def wilson(hits: float, n: int) -> tuple[float, float]:
     """95 % interval of a share of `n` independent trials (Wilson's, which never leaves 0 to 1)."""
-    p, half = hits / n, z * math.sqrt(hits * (n - hits) / n**3 + (z / (2 * n)) ** 2)
-    middle, size = p + z * z / (2 * n), 1 + z * z / n
-    return max(0.0, (middle - half) / size), min(1.0, (middle + half) / size)
+    from demospec.specification import wilson_interval
+
+    return wilson_interval(hits / n, n)
 
 
 def share(hits: float, n: int) -> str:

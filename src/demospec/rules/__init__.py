@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from demospec.rules._learn import learn_rules
     from demospec.rules._learning_curve import enough_problem, enough_set, enough_words
     from demospec.rules._measurement import Observer, evidence_of
-    from demospec.rules._sentences import clearance_words
+    from demospec.rules._sentences import clearance_words, listed, plural
     from demospec.rules._units import rules_in_unit
     from demospec.rules._verdicts import known_of, refuse_unexplained
     from demospec.rules.active._of_set import query_set
@@ -57,6 +57,8 @@ if TYPE_CHECKING:
 
 __all__ = [
     "ANYONE",
+    "listed",
+    "plural",
     "Query",
     "next_query",
     "query_file",
@@ -172,6 +174,8 @@ _HOME = {
     "Encounters": "clearance._encounters",
     "encounters": "clearance._encounters",
     "clearance_words": "_sentences",
+    "listed": "_sentences",
+    "plural": "_sentences",
     "learn_rules": "_learn",
     "read_rules": "_documents",
     "rules_document": "_documents",

@@ -5,7 +5,7 @@ Nothing here loads torch until a network is fitted or sees a scene.
 
 from demospec.specification.audit._audit import Audit, AuditEntry, audit_set
 from demospec.specification.evaluation._conformal import Conformal, conformal, predict_verdicts
-from demospec.specification.evaluation._evaluate import Evaluation, Score, evaluate
+from demospec.specification.evaluation._evaluate import Evaluation, Score, evaluate, wilson_interval
 from demospec.specification.evaluation._explain import Explanation, explain
 from demospec.specification.evaluation._identify import Identification, Identified, identify
 from demospec.specification.evaluation._predict import (
@@ -88,4 +88,5 @@ __all__ = [
     "train_stacked",
     "training_data",
     "validity_map",
+    "wilson_interval",
 ]

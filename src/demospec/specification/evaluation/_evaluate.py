@@ -180,15 +180,15 @@ def clustered_interval(right: NDArray[np.bool_], scene: NDArray[np.int64]) -> tu
     _, cluster = np.unique(scene, return_inverse=True)
     k = int(cluster.max()) + 1
     if p in (0.0, 1.0):
-        return wilson(p, float(k))
+        return wilson_interval(p, float(k))
     total = np.bincount(cluster, weights=right - p)
     effect = 1.0
     if k > 1:
         effect = max(1.0, float((total**2).sum()) * k / (k - 1) / (n * p * (1 - p)))
-    return wilson(p, n / effect)
+    return wilson_interval(p, n / effect)
 
 
-def wilson(p: float, n: float) -> tuple[float, float]:
+def wilson_interval(p: float, n: float) -> tuple[float, float]:
     """Wilson's 95 % interval of a share p observed among n > 0 independent trials."""
     centre = p + Z95**2 / (2 * n)
     half = Z95 * sqrt(p * (1 - p) / n + Z95**2 / (4 * n**2))

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from demospec.demonstrations import DemonstrationSet, Paths, bezier_points, resample
 from demospec.errors import InputError
 from demospec.frames import FloatArray
+from demospec.geometry import read_map
 from demospec.progress import Progress, silent
 from demospec.scene import Scene
 from demospec.specification.latent._control_plane import PLANE_MARGIN
@@ -221,22 +222,6 @@ def image_features(scene: Scene) -> FloatArray:
     return np.stack(layers, axis=-1)
 
 
-def bilinear(layers: FloatArray, points: FloatArray) -> FloatArray:
-    """Values (…, F) of layers (h, w, F) at points (…, 2); pixel i is centred at i + ½.
-
-    Points outside take the value at the rim.
-    """
-    h, w, _ = layers.shape
-    x = np.clip(points[..., 0] - 0.5, 0, w - 1)
-    y = np.clip(points[..., 1] - 0.5, 0, h - 1)
-    x0 = np.minimum(x.astype(np.int64), w - 2)
-    y0 = np.minimum(y.astype(np.int64), h - 2)
-    fx, fy = (x - x0)[..., None], (y - y0)[..., None]
-    top = layers[y0, x0] * (1 - fx) + layers[y0, x0 + 1] * fx
-    low = layers[y0 + 1, x0] * (1 - fx) + layers[y0 + 1, x0 + 1] * fx
-    return np.asarray(top * (1 - fy) + low * fy)
-
-
 def means_along(layers: FloatArray, paths: Paths, scale: FloatArray) -> FloatArray:
     """Mean over arc length of layers (h, w, F) along paths, (n, F); `scale` takes them there.
 
@@ -251,7 +236,7 @@ def means_along(layers: FloatArray, paths: Paths, scale: FloatArray) -> FloatArr
     weight[:, 1:] += steps
     weight[:, :-1] += steps
     weight += 1e-9  # a path without length is its point
-    values = bilinear(layers, points)
+    values = read_map(layers, points, (layers.shape[1], layers.shape[0]))
     return np.asarray(np.einsum("nm,nmf->nf", weight / weight.sum(axis=1, keepdims=True), values))
 
 
