@@ -68,8 +68,8 @@ def test_a_frame_that_is_none_is_refused_in_one_line(tmp_path: Path) -> None:
     good = json.loads(file.read_text())
     for frame, field in (
         ({"y": "left"}, "frame.y"),
-        ({"homography": [[1, 0], [0, 1]]}, "frame.homography"),
-        ({"homography": [[1, 0, 0], [2, 0, 0], [0, 0, 1]]}, "frame.homography"),
+        ({"y": "up", "homography": [[1, 0], [0, 1]]}, "frame.homography"),
+        ({"y": "up", "homography": [[1, 0, 0], [2, 0, 0], [0, 0, 1]]}, "frame.homography"),
         ("map", "frame"),
     ):
         file.write_text(json.dumps({**good, "frame": frame}))
