@@ -117,7 +117,7 @@ def test_ros_bags_written_by_rosbags_and_mcap(tmp_path: Path, storage: str) -> N
     assert [d.valid for d in data.demonstrations] == [True, False]
     assert data.types == ("careful",)
     for demonstration, points in zip(data.demonstrations, paths, strict=True):
-        np.testing.assert_allclose(demonstration.points, in_pixels(points), atol=1e-9)
+        np.testing.assert_allclose(demonstration.points[:, :3], in_pixels(points), atol=1e-9)
         assert demonstration.t is not None
         np.testing.assert_allclose(demonstration.t, 0.1 * np.arange(len(points)), atol=1e-6)
     assert np.array_equal(data.scenes[0].pixels(), picture(3))
@@ -135,14 +135,14 @@ def test_older_and_bare_bags(tmp_path: Path) -> None:
     pytest.importorskip("rosbags", reason="pip install 'demospec[ros]'")
     write_ros1(tmp_path / "old.bag", arc(5))
     item = read_source(tmp_path / "old.bag").data.demonstrations[0]
-    np.testing.assert_allclose(item.points, arc(5))
+    np.testing.assert_allclose(item.points[:, :3], arc(5))
     assert item.t is not None
     assert item.t.tolist() == [0, 1, 2, 3, 4]
     write_bag(tmp_path / "bag", arc(5), True)
     (storage,) = (tmp_path / "bag").glob("*.db3")
     bare = storage.rename(tmp_path / "bare.db3")
     item = read_source(bare, mapping=mapping(path="/tool_pose")).data.demonstrations[0]
-    np.testing.assert_allclose(item.points, arc(5))
+    np.testing.assert_allclose(item.points[:, :3], arc(5))
 
 
 def test_several_pose_topics_must_be_told_apart(tmp_path: Path) -> None:

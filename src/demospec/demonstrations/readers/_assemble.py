@@ -42,7 +42,7 @@ from demospec.demonstrations.readers._values import (
     validity_of,
 )
 from demospec.errors import InputError
-from demospec.frames import FloatArray
+from demospec.frames import FloatArray, Frame
 
 
 @dataclass(frozen=True)
@@ -143,7 +143,7 @@ def assemble(
     reading = Reading(
         columns=_columns_read(recordings, columns, clock, unit),
         not_read=columns[0].rest,
-        frame=_frame(source, converter, unit),
+        frame=_frame(data, converter, unit),
         time=clock,
         labels=source.labels,
         values={w: getattr(chosen, w) for w in ("scene", "type", "demonstrator", "valid")},
@@ -376,10 +376,11 @@ def _columns_read(
     return tuple(out)
 
 
-def _frame(source: Source, converter: Converter, unit: SourceUnit) -> FrameRead:
-    if converter.units == "px":
+def _frame(data: DemonstrationSet, converter: Converter, unit: SourceUnit) -> FrameRead:
+    """The frame of the set: that of its picture's pixels, else the source's."""
+    if data.units == "px":
         how = unit.how if converter.source_metres is None else f"from {unit.unit}"
         return FrameRead("picture", "px", "down", how)
-    mirrored = converter.projection is not None and converter.projection.mirrors
+    frame = data.frame or Frame.of_units(data.units)
     how = unit.how if unit.unit == "m" else f"from {unit.unit}, {unit.how}"
-    return FrameRead(source.frame, "m", "down" if mirrored else "up", how)
+    return FrameRead(frame.name, data.units, frame.y, how)

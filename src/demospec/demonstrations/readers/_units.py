@@ -15,10 +15,8 @@ from demospec.demonstrations.readers._mapping import Mapping
 from demospec.demonstrations.readers._projection import Projection
 from demospec.demonstrations.readers._recording import RawScene, Recording
 from demospec.errors import InputError
-from demospec.frames import FloatArray, PixelFrame
+from demospec.frames import METRES, FloatArray, PixelFrame
 from demospec.scene import Picture
-
-METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001}
 
 
 @dataclass(frozen=True)
