@@ -17,7 +17,7 @@ from demospec.specification import (
     PaperModel,
     PaperSettings,
     reconstruct_scenes,
-    sample_set,
+    set_of_sampled_scenes,
 )
 from demospec.specification.models.perceived_rule._model import FieldModel
 
@@ -60,11 +60,11 @@ def test_sampled_sets_are_sound(
     data: DemonstrationSet, field: FieldModel, paper: PaperModel, tmp_path: Path
 ) -> None:
     for name, model in (("field", field), ("paper", paper)):
-        made = sample_set(model, data, 3, seed=1)
+        made = set_of_sampled_scenes(model, data, 3, seed=1)
         write_set(made, tmp_path / name)
         report = check_set(tmp_path / name)
         assert [p for p in report.problems if p.severity == "error"] == []
-        again = sample_set(model, data, 3, seed=1)
+        again = set_of_sampled_scenes(model, data, 3, seed=1)
         assert all(
             (a.pixels() == b.pixels()).all() for a, b in zip(made.scenes, again.scenes, strict=True)
         )
@@ -78,7 +78,7 @@ def test_what_cannot_be_drawn_is_refused(data: DemonstrationSet, field: FieldMod
     with pytest.raises(CannotJudgeError):
         reconstruct_scenes(field, [Scene("s", (0.0, 0.0), (9.0, 9.0))])
     with pytest.raises(InputError, match="at least 1"):
-        sample_set(field, data, 0)
+        set_of_sampled_scenes(field, data, 0)
 
 
 def test_the_command_draws_what_was_seen_and_new_scenes(

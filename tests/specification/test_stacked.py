@@ -9,8 +9,7 @@ import pytest
 from colour_worlds import colour_set
 
 from demospec.errors import InputError
-from demospec.specification import PaperSettings, fit_model, predict
-from demospec.specification.models.beta_vae._model import PaperModel
+from demospec.specification import PaperModel, PaperSettings, fit_model, predict
 from demospec.specification.models.beta_vae._stacked import (
     StackedJob,
     bytes_of_member,

@@ -45,7 +45,7 @@ def scenes(
     from demospec.demonstrations import read_set, write_set
     from demospec.errors import InputError
     from demospec.files import check_free_folder
-    from demospec.specification import load_model, reconstruct_scenes, sample_set
+    from demospec.specification import load_model, reconstruct_scenes, set_of_sampled_scenes
 
     data = read_set(set_folder)
     fitted = load_model(model)
@@ -53,7 +53,7 @@ def scenes(
     if sample is not None:
         if scene:
             raise InputError("no scene where new ones are drawn", scene[0], field="--scene")
-        made = sample_set(fitted, data, sample, seed=seed)
+        made = set_of_sampled_scenes(fitted, data, sample, seed=seed)
         write_set(made, out, replace_existing=force)
         say(f"wrote {out}")
         rows = [[s.scene_id, None if s.objects is None else len(s.objects)] for s in made.scenes]

@@ -19,7 +19,12 @@ from demospec.specification.latent._control_plane import ControlPlane, plane_bou
 from demospec.specification.latent._repair import Repairs, RepairSettings, repair
 from demospec.specification.latent._repair_set import Repaired, RepairedSet, repair_set
 from demospec.specification.latent._sample import Samples, sample_valid
-from demospec.specification.latent._scenes import Reconstruction, reconstruct_scenes, sample_set
+from demospec.specification.latent._scenes import (
+    Reconstruction,
+    reconstruct_scenes,
+    set_of_sampled_scenes,
+)
+from demospec.specification.latent._scenes import set_of_sampled_scenes as sample_set
 from demospec.specification.latent._validity_map import ValidityMap, validity_map
 from demospec.specification.models._ensemble import EnsembleModel, EnsembleView, UncertainView
 from demospec.specification.models._ensemble_fit import fit_ensemble
@@ -84,6 +89,7 @@ __all__ = [
     "repair_set",
     "sample_set",
     "sample_valid",
+    "set_of_sampled_scenes",
     "stack_size",
     "train_stacked",
     "training_data",

@@ -81,7 +81,9 @@ def reconstruct_scenes(
     return out
 
 
-def sample_set(model: object, data: DemonstrationSet, n: int, *, seed: int = 0) -> DemonstrationSet:
+def set_of_sampled_scenes(
+    model: object, data: DemonstrationSet, n: int, *, seed: int = 0
+) -> DemonstrationSet:
     """A set of n new scenes that resemble the training scenes of `data`.
 
     A `field` model's scenes list what was put in; those of the paper's model list nothing. A

@@ -27,7 +27,7 @@ from demospec.specification.latent._control_plane import ControlView
 from demospec.specification.models._ensemble_folder import read_members, write_members
 from demospec.specification.models._folder import ModelFolder, read_model_folder
 from demospec.specification.models._single import FittedModel, single_of
-from demospec.specification.models.beta_vae._model import probability
+from demospec.specification.models._stored_model import LogisticView, logistic
 
 
 @runtime_checkable
@@ -91,7 +91,7 @@ class EnsembleModel:
         return cls(members, provenance)
 
 
-class EnsembleView:
+class EnsembleView(LogisticView):
     """What the members of an ensemble see of one scene.
 
     Args:
@@ -111,17 +111,9 @@ class EnsembleView:
         """(n,) mean of the members' logits."""
         return np.asarray(self.member_logits(paths, type).mean(axis=0))
 
-    def p_valid(self, paths: Paths, type: str) -> FloatArray:
-        """(n,) in [0, 1]; > 0.5 exactly where the logit is > 0."""
-        return probability(self.logits(paths, type))
-
-    def p_of_logits(self, logits: FloatArray) -> FloatArray:
-        """The logistic function."""
-        return probability(logits)
-
     def p_valid_sd(self, paths: Paths, type: str) -> FloatArray:
         """(n,) standard deviation of the members' p(valid), 0 to 0.71 (two members: 0 and 1)."""
-        return np.asarray(probability(self.member_logits(paths, type)).std(axis=0, ddof=1))
+        return np.asarray(logistic(self.member_logits(paths, type)).std(axis=0, ddof=1))
 
     def member_logits(self, paths: Paths, type: str) -> FloatArray:
         """(K, n) logits of each member."""

@@ -14,7 +14,7 @@ import numpy as np
 from demospec.errors import InputError
 from demospec.specification.models._folder import (
     ModelFolder,
-    Weights,
+    ModelWeights,
     read_model_folder,
     write_model_folder,
 )
@@ -33,7 +33,7 @@ def write_members(
     """Writes the members as one model folder, whole or not at all."""
     stored = [_as_folder(member) for member in members]
     first = stored[0].weights
-    weights: Weights = {}
+    weights: ModelWeights = {}
     for k, member in enumerate(stored):
         for name, array in member.weights.items():
             # What every member has alike (the field model's body, where it is not tuned) is

@@ -22,7 +22,7 @@ FORMAT = "demospec-model"
 FORMAT_VERSION = 1
 MAX_WEIGHTS_BYTES = 1 << 30
 
-Weights = dict[str, NDArray[np.float32]]
+ModelWeights = dict[str, NDArray[np.float32]]
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class ModelFolder:
     kind: str
     types: tuple[str, ...]
     settings: Mapping[str, Any]
-    weights: Weights
+    weights: ModelWeights
     provenance: Mapping[str, Any]
     path: Path | None = None
 
@@ -133,7 +133,7 @@ def read_model_folder(folder: str | os.PathLike[str]) -> ModelFolder:
     return ModelFolder(kind, tuple(types), settings, _read_weights(root), provenance, path=root)
 
 
-def _read_weights(root: Path) -> Weights:
+def _read_weights(root: Path) -> ModelWeights:
     from safetensors import SafetensorError
     from safetensors.numpy import load
 

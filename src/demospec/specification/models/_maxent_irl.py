@@ -12,9 +12,7 @@ scales, edges and place, because the paper does not list its own.
 
 from __future__ import annotations
 
-import os
-from dataclasses import asdict, dataclass, fields
-from pathlib import Path
+from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
@@ -27,14 +25,8 @@ from demospec.geometry import read_map
 from demospec.progress import Progress, silent
 from demospec.scene import Scene
 from demospec.specification.latent._control_plane import PLANE_MARGIN
-from demospec.specification.models._folder import (
-    ModelFolder,
-    Weights,
-    provenance_of,
-    read_model_folder,
-    write_model_folder,
-)
-from demospec.specification.models.beta_vae._model import probability
+from demospec.specification.models._folder import ModelFolder, provenance_of
+from demospec.specification.models._stored_model import LogisticView, StoredModel, settings_of
 from demospec.specification.models.beta_vae._training_data import (
     PICTURE_PX,
     labelled_rows,
@@ -66,7 +58,7 @@ class IrlSettings:
             raise InputError("a whole number from 3 to 200", self.grid, field="grid")
 
 
-class IrlModel:
+class IrlModel(StoredModel[IrlSettings]):
     """A reward per type. Sees pictures only.
 
     Args:
@@ -77,19 +69,7 @@ class IrlModel:
         provenance: Versions, seed, data hash.
     """
 
-    kind: Final = "irl"
-
-    def __init__(
-        self,
-        types: tuple[str, ...],
-        settings: IrlSettings,
-        weights: Weights,
-        provenance: dict[str, Any],
-    ) -> None:
-        self.types = types
-        self.settings = settings
-        self.weights = weights
-        self.provenance = provenance
+    kind = "irl"
 
     @classmethod
     def fit(
@@ -136,32 +116,10 @@ class IrlModel:
         features = (image_features(scene) - self.weights["mean"]) / self.weights["spread"]
         return IrlView(self, scene, features @ self.weights["reward"].T, size)
 
-    def save(self, folder: str | os.PathLike[str], *, replace: bool = False) -> Path:
-        """Writes the model as a folder."""
-        return write_model_folder(
-            folder,
-            kind=self.kind,
-            types=self.types,
-            settings=asdict(self.settings),
-            weights=self.weights,
-            provenance=self.provenance,
-            replace=replace,
-        )
-
-    @classmethod
-    def load(cls, folder: str | os.PathLike[str]) -> IrlModel:
-        """Reads what `save` wrote; InputError names what is wrong with it."""
-        return cls.of(read_model_folder(folder))
-
     @classmethod
     def of(cls, stored: ModelFolder) -> IrlModel:
         """The model of a folder that was read."""
-        file = None if stored.path is None else stored.path / "config.json"
-        known = {f.name for f in fields(IrlSettings)}
-        try:
-            settings = IrlSettings(**{k: v for k, v in stored.settings.items() if k in known})
-        except InputError as error:
-            raise error.at(file=file) from error
+        settings = settings_of(IrlSettings, stored)
         n = len(stored.types)
         shapes = {"reward": (n, FEATURES), "slope": (n,), "threshold": (n,),
                   "mean": (FEATURES,), "spread": (FEATURES,)}  # fmt: skip
@@ -169,7 +127,7 @@ class IrlModel:
         return cls(stored.types, settings, weights, dict(stored.provenance))
 
 
-class IrlView:
+class IrlView(LogisticView):
     """Rewards of one scene as a picture, (100, 100, T); a path's return is their mean along it."""
 
     def __init__(
@@ -185,13 +143,6 @@ class IrlView:
         returns = means_along(self.rewards[:, :, t, None], paths, self._scale)[:, 0]
         w = self.model.weights
         return np.asarray(float(w["slope"][t]) * (returns - float(w["threshold"][t])))
-
-    def p_valid(self, paths: Paths, type: str) -> FloatArray:
-        return probability(self.logits(paths, type))
-
-    def p_of_logits(self, logits: FloatArray) -> FloatArray:
-        """The logistic function."""
-        return probability(logits)
 
     def _index(self, type: str) -> int:
         if type not in self.model.types:
@@ -278,7 +229,7 @@ def _path_features(data: DemonstrationSet, d: Any, s: IrlSettings, progress: Pro
 
 
 def _max_entropy(sums: _Sums, shown: NDArray[np.int64], l2: float) -> FloatArray:
-    """Weights (F,) that maximise mean log P(z_θ) − l2·|w|²: a convex problem."""
+    """ModelWeights (F,) that maximise mean log P(z_θ) − l2·|w|²: a convex problem."""
     from scipy.optimize import minimize
     from scipy.special import logsumexp
 

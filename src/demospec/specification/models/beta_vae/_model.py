@@ -7,10 +7,8 @@ the signs.
 
 from __future__ import annotations
 
-import os
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
@@ -21,13 +19,8 @@ from demospec.errors import InputError
 from demospec.frames import FloatArray
 from demospec.progress import Progress, silent
 from demospec.scene import Image, Scene
-from demospec.specification.models._folder import (
-    ModelFolder,
-    Weights,
-    provenance_of,
-    read_model_folder,
-    write_model_folder,
-)
+from demospec.specification.models._folder import ModelFolder, ModelWeights, provenance_of
+from demospec.specification.models._stored_model import LogisticView, StoredModel, settings_of
 from demospec.specification.models.beta_vae._stacked import (
     PRECISIONS,
     StackedJob,
@@ -105,7 +98,7 @@ class PaperSettings:
         return alpha, beta, self.gamma
 
 
-class PaperModel:
+class PaperModel(StoredModel[PaperSettings]):
     """The paper's model, fitted. Sees pictures only; knows nothing of object lists.
 
     Args:
@@ -115,19 +108,7 @@ class PaperModel:
         provenance: Versions, seed, data hash.
     """
 
-    kind: Final = "paper"
-
-    def __init__(
-        self,
-        types: tuple[str, ...],
-        settings: PaperSettings,
-        weights: Weights,
-        provenance: dict[str, Any],
-    ) -> None:
-        self.types = types
-        self.settings = settings
-        self.weights = weights
-        self.provenance = provenance
+    kind = "paper"
 
     @classmethod
     def fit(
@@ -190,32 +171,10 @@ class PaperModel:
         """Pictures (n, 100, 100, 3) of latent points drawn from the prior N(0, 1)."""
         return self.decode(rng.standard_normal((n, LATENT)))
 
-    def save(self, folder: str | os.PathLike[str], *, replace: bool = False) -> Path:
-        """Writes the model as a folder."""
-        return write_model_folder(
-            folder,
-            kind=self.kind,
-            types=self.types,
-            settings=asdict(self.settings),
-            weights=self.weights,
-            provenance=self.provenance,
-            replace=replace,
-        )
-
-    @classmethod
-    def load(cls, folder: str | os.PathLike[str]) -> PaperModel:
-        """Reads what `save` wrote; InputError names what is wrong with it."""
-        return cls.of(read_model_folder(folder))
-
     @classmethod
     def of(cls, stored: ModelFolder) -> PaperModel:
         """The model of a folder that was read."""
-        file = None if stored.path is None else stored.path / "config.json"
-        known = {f.name for f in fields(PaperSettings)}
-        try:
-            settings = PaperSettings(**{k: v for k, v in stored.settings.items() if k in known})
-        except InputError as error:
-            raise error.at(file=file) from error
+        settings = settings_of(PaperSettings, stored)
         n_in = LATENT + 2 * (settings.order - 1)
         first = stored.weight("w1", (len(stored.types), n_in, None))
         hidden = first.shape[2]
@@ -242,7 +201,7 @@ class PaperModel:
 
 def train_weights(
     arrays: TrainingData, settings: PaperSettings, *, seed: int, progress: Progress = silent
-) -> Weights:
+) -> ModelWeights:
     """The weights that training on these arrays gives; same seed, same weights."""
     job = StackedJob(arrays, settings, seed)
     found = train_stacked(
@@ -251,7 +210,7 @@ def train_weights(
     return found[0]
 
 
-class PaperView:
+class PaperView(LogisticView):
     """The paper's model after it has seen one scene: a small network on z_θ alone."""
 
     def __init__(
@@ -270,13 +229,6 @@ class PaperView:
 
     def logits(self, paths: Paths, type: str) -> FloatArray:
         return self.control_logits(bezier_controls(paths, self.order), type)
-
-    def p_valid(self, paths: Paths, type: str) -> FloatArray:
-        return probability(self.logits(paths, type))
-
-    def p_of_logits(self, logits: FloatArray) -> FloatArray:
-        """The logistic function."""
-        return probability(logits)
 
     def logits_and_gradients(self, paths: FloatArray, type: str) -> tuple[FloatArray, FloatArray]:
         """Exact where the paths are Bézier curves of the model's order at uniform parameter.
@@ -327,8 +279,3 @@ class PaperView:
             bias = self.latent @ w1[:LATENT] + b1
             self._heads[type] = (np.ascontiguousarray(w1[LATENT:]), bias, w2, b2, w3, b3)
         return self._heads[type]
-
-
-def probability(logits: FloatArray) -> FloatArray:
-    """The logistic function, without overflow."""
-    return np.asarray(0.5 * (1.0 + np.tanh(0.5 * logits)))

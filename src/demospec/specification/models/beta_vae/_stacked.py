@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from demospec.errors import InputError, MissingExtraError
 from demospec.progress import Progress, silent
-from demospec.specification.models._folder import Weights
+from demospec.specification.models._folder import ModelWeights
 from demospec.specification.models.beta_vae._training_data import TrainingData
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ def train_stacked(
     memory_bytes: int | None = None,
     most: int | None = None,
     progress: Progress = silent,
-) -> list[Weights]:
+) -> list[ModelWeights]:
     """The weights of every job, in order; each those of its own fit up to rounding.
 
     Args:
@@ -68,7 +68,7 @@ def train_stacked(
     check_device(device, precision)
     from demospec.specification.models.beta_vae._stacked_steps import Member, train_stack
 
-    out: list[Weights | None] = [None] * len(jobs)
+    out: list[ModelWeights | None] = [None] * len(jobs)
     stacks = list(_stacks(jobs, device, memory_bytes, most))
     total = sum(jobs[rows[0]].settings.steps for rows in stacks)
     done = 0
@@ -125,7 +125,7 @@ def stack_size(
 def bytes_of_member(job: StackedJob) -> int:
     """Memory that a member of a stack takes while it is trained, in float32; an upper estimate.
 
-    Weights, their gradients, Adam's two moments and two temporaries; feature maps with their
+    ModelWeights, their gradients, Adam's two moments and two temporaries; feature maps with their
     gradients (of the encoder a third time, for what a convolution lays out anew), pictures and
     their errors; the classifier's inputs and layers with their gradients.
     """

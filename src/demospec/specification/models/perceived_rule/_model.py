@@ -34,7 +34,7 @@ from demospec.rules import RuleSet, rules_document
 from demospec.scene import Image, Scene
 from demospec.specification.models._folder import (
     ModelFolder,
-    Weights,
+    ModelWeights,
     provenance_of,
     read_model_folder,
     write_model_folder,
@@ -241,7 +241,7 @@ class FieldModel:
 
     def save(self, folder: str | os.PathLike[str], *, replace: bool = False) -> Path:
         """Writes the model as a folder, network included, so that it never changes."""
-        weights: Weights = {}
+        weights: ModelWeights = {}
         if self.head is not None:
             for name in ("center", "scale", "weight", "bias"):
                 weights[f"head.{name}"] = getattr(self.head, name)

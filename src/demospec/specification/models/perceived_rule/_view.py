@@ -14,6 +14,7 @@ from demospec.errors import InputError
 from demospec.frames import FloatArray
 from demospec.rules import TypeRules
 from demospec.scene import Scene
+from demospec.specification.models._stored_model import LogisticView
 from demospec.specification.models.perceived_rule._paths import LogitMap
 from demospec.specification.models.perceived_rule._rule import is_nested_in, of_classes
 
@@ -80,7 +81,7 @@ def logit_map(
 
 
 @dataclass(frozen=True)
-class FieldView:
+class FieldView(LogisticView):
     """An observed scene; a `DifferentiableView`.
 
     Args:
@@ -120,14 +121,6 @@ class FieldView:
     def logits(self, paths: Paths, type: str) -> FloatArray:
         """(n,) log-odds of validity; unbounded."""
         return self.map_of(type).logits(paths)
-
-    def p_valid(self, paths: Paths, type: str) -> FloatArray:
-        """(n,) in [0, 1]; > 0.5 exactly where the logit is > 0."""
-        return self.p_of_logits(self.logits(paths, type))
-
-    def p_of_logits(self, logits: FloatArray) -> FloatArray:
-        """The logistic function: who has the logits need not judge again."""
-        return np.asarray(1.0 / (1.0 + np.exp(-np.clip(logits, -60, 60))))
 
     def logits_and_gradients(self, paths: FloatArray, type: str) -> tuple[FloatArray, FloatArray]:
         """(n, m, 2) → logits (n,) and ∂logit/∂paths (n, m, 2)."""
