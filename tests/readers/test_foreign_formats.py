@@ -47,7 +47,7 @@ def test_robomimic_written_by_h5py(tmp_path: Path) -> None:
     assert [d.valid for d in data.demonstrations] == [True, False, True, False]
     assert data.columns == ("x", "y", "z")
     for demonstration, points in zip(data.demonstrations, paths, strict=True):
-        np.testing.assert_allclose(demonstration.points, in_pixels(points), atol=1e-9)
+        np.testing.assert_allclose(demonstration.points[:, :3], in_pixels(points), atol=1e-9)
     assert data.metres_per_unit == pytest.approx(1 / 80)
     assert [s.split for s in data.scenes] == ["train", "train", "train", "test"]
     assert np.array_equal(data.scenes[2].pixels(), picture(2))

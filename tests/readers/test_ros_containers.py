@@ -205,7 +205,8 @@ def test_foxglove_poses_in_protobuf(tmp_path: Path) -> None:
     np.testing.assert_allclose(item.points[:, :3], WAY)
     assert item.t is not None
     np.testing.assert_allclose(item.t, 0.1 * np.arange(12), atol=1e-6)
-    assert "frame: table" in result.notes
+    assert result.reading is not None
+    assert result.reading.frame.name == "table"
 
 
 def test_foxglove_paths_in_protobuf_are_told_apart(tmp_path: Path) -> None:

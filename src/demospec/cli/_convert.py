@@ -61,7 +61,8 @@ def convert(
         typer.Option("--picture", help="File, camera feature or image topic; none for none."),
     ] = None,
     objects: Annotated[
-        str | None, typer.Option("--objects", help="A COCO file with the pictures' objects.")
+        str | None,
+        typer.Option("--objects", help="Their objects: COCO, LabelMe, VIA, YOLO, …"),
     ] = None,
     units: Annotated[
         str | None, typer.Option("--units", help="Unit of the source: px, m, cm or mm.")

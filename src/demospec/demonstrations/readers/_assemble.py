@@ -23,6 +23,7 @@ from demospec.demonstrations.readers._projection import Projection, projection_o
 from demospec.demonstrations.readers._reading import ColumnRead, FrameRead, Reading
 from demospec.demonstrations.readers._recording import ListedObjects, Recording, Source
 from demospec.demonstrations.readers._scene_parts import (
+    drawings_fitted,
     finished_scenes,
     in_set_units,
     match_objects,
@@ -94,6 +95,7 @@ def assemble(
     scenes_of = [_scene_name(r, chosen.scene) for r in recordings]
     raw = raw_scenes(source, mapping, scenes_of, root)
     shown = {k: s.load() if pictures and s.load is not None else None for k, s in raw.items()}
+    raw, scales = drawings_fitted(source, shown, raw)
     unit = source_unit(recordings, columns, mapping, source.units)
     paths = [_path(r, c, mapping) for r, c in zip(recordings, columns, strict=True)]
     columns, paths = _kept(recordings, columns, paths, projection, notes)
@@ -104,6 +106,7 @@ def assemble(
     items = []
     for i, (recording, scene) in enumerate(zip(recordings, scenes_of, strict=True)):
         points = in_source_unit(paths[i].points, columns[i], unit.factors[i], unit.unit, recording)
+        points[:, :2] *= scales.get(scene, (1.0, 1.0))
         row = recording.row if recording.row is not None else f"recording {recording.name}"
         items.append(
             Demonstration(

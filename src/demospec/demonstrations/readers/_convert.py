@@ -15,7 +15,6 @@ from typing import Any
 from demospec.demonstrations._set import DemonstrationSet
 from demospec.demonstrations._store import read_set, write_set
 from demospec.demonstrations.readers._assemble import assemble
-from demospec.demonstrations.readers._coco import read_coco
 from demospec.demonstrations.readers._guess import FORMATS, guess_format
 from demospec.demonstrations.readers._mapping import Mapping
 from demospec.demonstrations.readers._reading import Reading
@@ -26,6 +25,7 @@ from demospec.demonstrations.readers._recording import (
     Source,
 )
 from demospec.demonstrations.readers._scene_parts import match_objects
+from demospec.demonstrations.readers.annotations._objects import read_objects
 from demospec.demonstrations.readers.tables._labels import add_labels, labels_file
 from demospec.errors import InputError, OutputError
 from demospec.progress import Progress, silent
@@ -98,7 +98,7 @@ def _read_source(
         raise InputError("a file or folder", "a device or pipe", file=path)
     how = mapping or Mapping()
     root = path if path.is_dir() else path.parent
-    objects = None if how.objects is None else read_coco(root / how.objects)
+    objects = None if how.objects is None else read_objects(root / how.objects)
     reading = None
     if kind == "demospec":
         data = _with_objects(read_set(path), objects, how)
@@ -202,10 +202,12 @@ def _read(
         from demospec.demonstrations.readers.ros._reader import read_bags
 
         return read_bags(path, mapping, progress, pictures)
-    from demospec.demonstrations.readers._drawn import read_cvat, read_label_studio
-
     if kind == "cvat":
+        from demospec.demonstrations.readers.annotations._cvat import read_cvat
+
         return read_cvat(path / "annotations.xml" if path.is_dir() else path, mapping, progress)
+    from demospec.demonstrations.readers.annotations._label_studio import read_label_studio
+
     return read_label_studio(path, mapping, progress)
 
 

@@ -9,7 +9,7 @@ from demospec.demonstrations.readers.tables._labels import FILES as LABELS
 from demospec.errors import InputError
 
 FORMATS = ("demospec", "tables", "json", "lerobot", "hdf5", "ros", "label-studio", "cvat")
-"""The formats that `convert` reads, as `--from` names them (COCO comes in by `--objects`)."""
+"""The formats that `convert` reads, as `--from` names them (lists of objects are `--objects`)."""
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _MCAP = b"\x89MCAP0\r\n"

@@ -118,7 +118,8 @@ class Mapping(_Closed):
     picture: Name | None = None
     """File, feature, dataset or topic of the scene's picture; ``none`` to read none."""
     objects: Name | None = None
-    """A COCO file with the objects of the pictures."""
+    """A file or folder with the objects of the pictures: COCO, LabelMe, VIA, YOLO, Supervisely,
+    or an export of Label Studio or CVAT."""
     scenes: dict[str, SceneMapping] = {}
 
 

@@ -118,6 +118,8 @@ class RawScene:
         units: Unit of `start`, `goal` and `objects`: ``source`` for that of the points, ``set``
             for that of the set (picture pixels).
         centers: Where objects are, with their heights, by id: for planes that are not x, y.
+        size_px: (width, height) of the picture over which objects and paths were drawn, where
+            the source says it.
     """
 
     scene_id: str
@@ -130,6 +132,7 @@ class RawScene:
     relations: tuple[Relation, ...] = ()
     units: str = "set"
     centers: MappingType[str, tuple[float, ...]] = field(default_factory=dict)
+    size_px: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -141,12 +144,14 @@ class ListedObjects:
             that without its ending.
         objects: In pixels of the picture; empty where it was looked at and holds none.
         size_px: (width, height) of the picture that was annotated, where the file says it.
+        relative: The objects are in shares of the picture's width and height, not in pixels.
         row: Where the picture stands in the file, for messages.
     """
 
     names: tuple[str, ...]
     objects: tuple[SceneObject, ...]
     size_px: tuple[float, float] | None = None
+    relative: bool = False
     row: int | str | None = None
 
 

@@ -162,6 +162,10 @@ def match_objects(
             at = _entry_of(name, scene, places)
             if at is not None:
                 used.add(at)
+                if objects[at].relative and scene.load is None and shown.get(name) is None:
+                    expected = "a picture (the objects are in shares of its size)"
+                    raise InputError(expected, "none", file=file, row=objects[at].row,
+                                     field="objects")  # fmt: skip
                 listed = _fitted(objects[at], shown.get(name), file)
                 out[name] = replace(scene, objects=listed, units="set")
         if not used:
@@ -200,22 +204,62 @@ def _fitted(
     entry: ListedObjects, picture: Picture | None, file: Path | None
 ) -> tuple[SceneObject, ...]:
     """The objects of an entry, in pixels of the picture that is shown."""
-    if entry.size_px is None or picture is None:
+    if picture is None:
         return entry.objects
-    sx, sy = (b / a for a, b in zip(entry.size_px, picture.size_px, strict=True))
-    if (sx, sy) == (1, 1):
-        return entry.objects
+    if entry.relative:
+        return tuple(o.mapped(np.diag(picture.size_px)) for o in entry.objects)
+    scale = _scale_to(picture, entry.size_px, file, entry.row)
+    return entry.objects if scale == (1, 1) else _scaled(entry.objects, scale)
+
+
+def _scaled(
+    objects: tuple[SceneObject, ...], scale: tuple[float, float]
+) -> tuple[SceneObject, ...]:
+    return tuple(o.mapped(np.diag(scale)) for o in objects)
+
+
+def _scale_to(
+    picture: Picture, size_px: tuple[float, float] | None, file: Path | None, row: int | str | None
+) -> tuple[float, float]:
+    """From pixels of the picture that was annotated to those of the one that is shown, x and y.
+
+    Raises:
+        InputError: They have not the same shape.
+    """
+    if size_px is None:
+        return (1.0, 1.0)
+    sx, sy = (b / a for a, b in zip(size_px, picture.size_px, strict=True))
     # A picture that was made smaller has whole pixels: its sides agree to half of one.
     slack = 0.5 / min(picture.size_px) * max(sx, sy)
     if abs(sx - sy) > slack:
         shown = "x".join(str(v) for v in picture.size_px)
-        said = "x".join(f"{v:g}" for v in entry.size_px)
-        raise InputError(
-            f"objects for a picture of the shape {shown}", said, file=file, row=entry.row,
-            field="objects",
-        )  # fmt: skip
+        said = "x".join(f"{v:g}" for v in size_px)
+        expected = f"annotations of a picture of the shape {shown}"
+        raise InputError(expected, said, file=file, row=row, field="objects")
+    return sx, sy
 
-    return tuple(o.mapped(np.diag([sx, sy])) for o in entry.objects)
+
+def drawings_fitted(
+    source: Source, shown: dict[str, Picture | None], raw: dict[str, RawScene]
+) -> tuple[dict[str, RawScene], dict[str, tuple[float, float]]]:
+    """Scenes whose objects were drawn over a picture of another size, in pixels of the one that
+    is shown; and by how much the paths drawn there are longer in x and y.
+
+    Raises:
+        InputError: A picture of another shape.
+    """
+    out, scales = dict(raw), {}
+    for name, scene in raw.items():
+        picture = shown.get(name)
+        if picture is None or scene.size_px is None:
+            continue
+        scale = _scale_to(picture, scene.size_px, None, f"{source.name}, scene {name}")
+        if scale != (1, 1):
+            scales[name] = scale
+            objects = scene.objects and _scaled(scene.objects, scale)
+            out[name] = replace(scene, objects=objects)
+            source.notes.append(f"scene {name}: drawn over another size, times {scale[0]:.4g}")
+    return out, scales
 
 
 def finished_scenes(

@@ -68,8 +68,7 @@ def read_bags(path: Path, mapping: Mapping, progress: Progress, pictures: Pictur
                 raise InputError(expected, frame, file=file, field="frame_id")
         progress("read", i + 1, len(files))
     source.notes.append(f"read: {len(source.recordings)} recordings from {len(files)} bags")
-    if frames:
-        source.notes.append(f"frame: {next(iter(frames))}")
+    source.frame = next(iter(frames), None)
     return source
 
 

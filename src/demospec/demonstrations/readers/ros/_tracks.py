@@ -120,7 +120,7 @@ class Track:
             expected = "at least one message with a position"
             raise InputError(expected, "none", file=self.place.file, row=self.name,
                              field=self.place.topic)  # fmt: skip
-        return [self._recording(name, whole, scene, folders, notes) for name, whole in chosen]
+        return [self._recording(name, whole, scene, folders) for name, whole in chosen]
 
     def _chosen(self, choice: str | None, notes: list[str]) -> list[tuple[str, _Whole]]:
         n = len(self.wholes)
@@ -150,17 +150,12 @@ class Track:
         whole: _Whole,
         scene: str | None,
         folders: tuple[str, ...],
-        notes: list[str],
     ) -> Recording:
-        points, columns = whole.points.astype(np.float64), self.columns
-        if columns == POSE and (np.abs(np.linalg.norm(points[:, 3:], axis=1) - 1) > 0.01).any():
-            notes.append(f"{name}: orientation not read (no unit quaternions)")
-            points, columns = points[:, :3], PLACE
         t = whole.t
         return Recording(
             name,
-            points,
-            columns,
+            whole.points.astype(np.float64),
+            self.columns,
             t=None if t is None else t - t[0],
             fields=self.fields,
             folders=folders,

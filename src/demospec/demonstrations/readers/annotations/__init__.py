@@ -1,0 +1,1 @@
+"""Annotated pictures: objects from detection formats, paths and objects that people drew."""

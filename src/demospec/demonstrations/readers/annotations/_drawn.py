@@ -1,0 +1,80 @@
+"""What readers of drawn paths share: numbers, pictures beside the file, scenes of a drawing."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from demospec.demonstrations.readers._recording import Source
+from demospec.errors import InputError
+from demospec.frames import FloatArray
+from demospec.scene import Picture
+
+
+def number(value: Any, path: Path, row: int | str, name: str) -> float:
+    """A finite number of a JSON document.
+
+    Raises:
+        InputError: Anything else.
+    """
+    wrong = isinstance(value, bool) or not isinstance(value, (int, float))
+    if wrong or not math.isfinite(value):
+        found = "nothing" if value is None else value
+        raise InputError("a number", found, file=path, row=row, field=name)
+    return float(value)
+
+
+def corners(value: Any, path: Path, row: int | str, name: str, *, least: int = 1) -> FloatArray:
+    """At least `least` places [x, y] (or {"x", "y"}) of a JSON document as (n, 2)."""
+    expected = f"at least {least} points [x, y]"
+    pairs = value if isinstance(value, list) else []
+    pairs = [[c.get("x"), c.get("y")] if isinstance(c, dict) else c for c in pairs]
+    try:
+        points = np.array(pairs, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise InputError(expected, "something else", file=path, row=row, field=name) from error
+    if points.ndim != 2 or points.shape[1] != 2 or len(points) < least:
+        found = f"shape {points.shape}" if points.size else "none"
+        raise InputError(expected, found, file=path, row=row, field=name)
+    if not np.isfinite(points).all():
+        raise InputError("finite numbers", "others", file=path, row=row, field=name)
+    return points
+
+
+def picture_beside(folder: Path, name: str | None) -> Callable[[], Picture] | None:
+    """A loader for the picture, where the file lies beside the export; else None."""
+    if name is None:
+        return None
+    plain = base_name(name)
+    for candidate in (name, f"images/{plain}", plain):
+        file = folder / candidate
+        try:
+            here = file.is_file() and file.resolve().is_relative_to(folder.resolve())
+        except (OSError, ValueError, RuntimeError):
+            here = False
+        if here:
+            return lambda: _opened(file)
+    return None
+
+
+def _opened(file: Path) -> Picture:
+    picture = Picture(file=file)
+    _ = picture.size_px
+    return picture
+
+
+def unlisted_if_never(source: Source) -> None:
+    """Where nobody outlined an object in any picture, objects were not what people drew."""
+    if not any(scene.objects for scene in source.scenes.values()):
+        for name, scene in source.scenes.items():
+            source.scenes[name] = replace(scene, objects=None)
+
+
+def base_name(name: str) -> str:
+    """A picture's name without folders of any system, and without an address's query."""
+    return name.replace("\\", "/").rsplit("/", 1)[-1].rsplit("?d=", 1)[-1]
