@@ -113,6 +113,21 @@ def verdicts_of(view: View, paths: Paths, type_: str, p_valid: list[float]) -> l
     return ["accept" if p > 0.5 else "reject" for p in p_valid]
 
 
+def predict_part(model: ValidityModel, data: DemonstrationSet) -> Predictions:
+    """As `predict`; where no scene can be judged, every entry has p None instead."""
+    try:
+        return predict(model, data)
+    except CannotJudgeError as error:
+        why = f"expected {error.expected}, found {error.found}"
+        d = data.demonstrations
+        items = [
+            Prediction(d.demo_id[i], d.scene_id[i], type_, None)
+            for i in range(len(d))
+            for type_ in (model.types if d.type[i] is None else (d.type[i],))
+        ]
+        return Predictions(tuple(items), {scene.scene_id: why for scene in data.scenes})
+
+
 def predict_batches(
     model: ValidityModel,
     folder: str | os.PathLike[str],
@@ -127,17 +142,7 @@ def predict_batches(
     """
     done, total = 0, count_rows(folder)
     for batch in iterate_batches(folder, rows=rows):
-        try:
-            yield predict(model, batch)
-        except CannotJudgeError as error:
-            why = f"expected {error.expected}, found {error.found}"
-            d = batch.demonstrations
-            items = [
-                Prediction(d.demo_id[i], d.scene_id[i], t, None)
-                for i in range(len(d))
-                for t in (model.types if d.type[i] is None else (d.type[i],))
-            ]
-            yield Predictions(tuple(items), {s.scene_id: why for s in batch.scenes})
+        yield predict_part(model, batch)
         done += len(batch.demonstrations)
         progress("judging demonstrations", done, total)
 

@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from demospec.demonstrations import ValidityModel, cut_rows, read_part
-from demospec.errors import CannotJudgeError, InputError
+from demospec.errors import InputError
 from demospec.parallel import iterate_tasks
 from demospec.progress import Progress, silent
-from demospec.specification.evaluation._predict import Prediction, Predictions, predict
+from demospec.specification.evaluation._predict import Predictions, predict_part
 from demospec.specification.evaluation._predict_kept import KeptParts, job_of
 
 
@@ -71,18 +71,7 @@ def predict_parts(
 
 def _judge(source: _Source, rows: tuple[int, int]) -> Predictions:
     data = read_part(source.store, *rows)
-    fitted = _load(source.model, data.types)
-    try:
-        return predict(fitted, data)
-    except CannotJudgeError as error:
-        why = f"expected {error.expected}, found {error.found}"
-        d = data.demonstrations
-        items = [
-            Prediction(d.demo_id[i], d.scene_id[i], type_, None)
-            for i in range(len(d))
-            for type_ in (fitted.types if d.type[i] is None else (d.type[i],))
-        ]
-        return Predictions(tuple(items), {scene.scene_id: why for scene in data.scenes})
+    return predict_part(_load(source.model, data.types), data)
 
 
 @lru_cache(maxsize=2)
