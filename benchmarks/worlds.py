@@ -156,7 +156,7 @@ def as_set(world: World, valid: Bools, kind: Kind, name: str = "someone") -> Dem
         )
         for j, things in enumerate(world.objects)
     )
-    keep = np.linspace(0, _DENSE - 1, 60).round().astype(int)
+    keep = np.linspace(0, _DENSE - 1, 120).round().astype(int)
     items = [
         Demonstration(
             f"d{i:03}",
