@@ -266,3 +266,12 @@ def test_the_command_answers_in_the_documented_shape(
 def test_the_picture_of_nothing_is_a_picture(tmp_path: Path) -> None:
     audit_picture(glass_set([True, False]), {}, tmp_path / "a.png")
     assert Picture(file=tmp_path / "a.png").size_px[0] > 100
+
+
+def test_labels_are_not_doubted_under_a_rule_that_explains_nothing() -> None:
+    rng = np.random.default_rng(3)
+    result = audit_set(glass_set([bool(v) for v in rng.random(60) < 0.5]))
+    assert result.fits["me"].verdict == "not"
+    assert {e.verdict for e in result.entries} == {"pass"}
+    assert any("does not explain" in note for note in result.notes)
+    assert result.to_json()["types"]["me"]["fit"]["verdict"] == "not"

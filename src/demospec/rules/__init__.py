@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     )
     from demospec.rules._evidence import Column, Evidence
     from demospec.rules._fit import FitMemory, Mode, Posterior, fit, fit_clearance
+    from demospec.rules._fit_to_labels import goodness_of
+    from demospec.rules._goodness import Fit as LabelFit
     from demospec.rules._learn import learn_rules
     from demospec.rules._learning_curve import enough_problem, enough_set, enough_words
     from demospec.rules._measurement import Observer, evidence_of
@@ -119,6 +121,8 @@ __all__ = [
     "rules_document",
     "rules_from_document",
     "known_of",
+    "LabelFit",
+    "goodness_of",
     "rules_in_unit",
     "refuse_unexplained",
 ]
@@ -183,6 +187,8 @@ _HOME = {
     "rules_in_unit": "_units",
     "refuse_unexplained": "_verdicts",
     "known_of": "_verdicts",
+    "LabelFit": "_goodness:Fit",
+    "goodness_of": "_fit_to_labels",
 }
 
 

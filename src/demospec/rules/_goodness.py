@@ -28,6 +28,10 @@ CHANCE = 0.02
 EXPLAINED = 0.5
 """Share of the errors of chance that a rule must avoid to be said to explain the labels."""
 
+SLIPS = 0.06
+"""Up to this share of the answers may be slips of somebody who accepts (or rejects) everything: then
+the verdict is ``partly``."""
+
 _PAIRS_UP_TO = 12
 _DRAWS = 199
 
@@ -169,7 +173,9 @@ def goodness_of_fit(
     p_chance = float((1 + (score[1:] >= score[0] - 1e-9).sum()) / (1 + draws))
     chance = float(errors[1:].mean())
     explained = float(np.clip(1.0 - missed / chance, 0.0, 1.0)) if chance > 0 else 1.0
-    failed = p_chance > CHANCE or explained == 0.0
+    few = min(int(valid.sum()), int((~valid).sum()))
+    nearly_one = missed <= few <= SLIPS * n  # as likely slips as a rule that is not seen
+    failed = (p_chance > CHANCE or explained == 0.0) and not nearly_one
     if failed:  # the rule is nothing to go by: what do the answers themselves go with?
         predicted, margin = np.full(n, valid.mean()), np.full(n, np.inf)
     suspects: tuple[Suspect, ...] = ()

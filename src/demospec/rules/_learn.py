@@ -12,7 +12,7 @@ from demospec.frames import describe_length
 from demospec.progress import Progress, silent
 from demospec.rules._evidence import Evidence
 from demospec.rules._fit import FitMemory, Posterior, fit
-from demospec.rules._fit_test import test_fit
+from demospec.rules._fit_to_labels import goodness_of
 from demospec.rules._goodness import Fit, with_doubt
 from demospec.rules._measurement import Measure, Passing, evidence_of
 from demospec.rules._rule_set import ANYONE, RuleSet, TypeRules
@@ -108,7 +108,7 @@ def _type_rules(
         answer, reason = influence_answer(data, own.rows, valid, chosen)
         words = "" if answer is None else influence_words(answer, data.metres_per_unit)
         evidence["influence"] = words or reason
-    tested = test_fit(data, own, fit)
+    tested = goodness_of(data, own, fit)
     return TypeRules(fit.rule, answer, type_sentence(data, fit, own, tested), evidence, tested)
 
 

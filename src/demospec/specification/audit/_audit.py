@@ -20,7 +20,16 @@ from demospec.demonstrations import DemonstrationSet, ValidityModel
 from demospec.errors import InputError
 from demospec.frames import FloatArray
 from demospec.progress import Progress, silent
-from demospec.rules import ANYONE, ClearanceFit, ClearanceRule, Evidence, Mode, clearance_document
+from demospec.rules import (
+    ANYONE,
+    ClearanceFit,
+    ClearanceRule,
+    Evidence,
+    LabelFit,
+    Mode,
+    clearance_document,
+    goodness_of,
+)
 from demospec.rules import fit as fit_evidence
 from demospec.specification.audit._conflict import smallest_conflict
 from demospec.specification.audit._measured import audit_evidence
@@ -41,6 +50,9 @@ DOUBT = 0.2
 """The rule of the others is in doubt above this probability that the label is wrong."""
 
 _CLOSER_LOOK = 0.1
+
+_SLIPS = 0.1
+"""Somebody who gives the other answer less often than this may slip: those labels are doubted."""
 
 _UNEXPLAINED = 0.2
 """A rule over what pictures show that contradicts more of its own labels than this says nothing:
@@ -87,12 +99,15 @@ class Audit:
         entries: One for each demonstration, in the order of the set.
         notes: What could not be judged, and why.
         rules: By type, the rule that all its demonstrations support: that of `learn_rules`.
+        fits: By type, how well that rule explains the labels; labels are doubted only under a rule
+            that explains them, at least partly.
     """
 
     conflict: tuple[str, ...] | None
     entries: tuple[AuditEntry, ...]
     notes: tuple[str, ...] = ()
     rules: Mapping[str, ClearanceRule] = field(default_factory=dict)
+    fits: Mapping[str, LabelFit] = field(default_factory=dict)
 
     def to_json(self) -> dict[str, Any]:
         """The JSON document of ``demospec audit``."""
@@ -112,7 +127,11 @@ class Audit:
             "mode": "full",
             "left_out_mode": LEFT_OUT_MODE,
             "types": {
-                name: {"clearance": clearance_document(rule)} for name, rule in self.rules.items()
+                name: {
+                    "clearance": clearance_document(rule),
+                    **({"fit": self.fits[name].to_json()} if name in self.fits else {}),
+                }
+                for name, rule in self.rules.items()
             },
         }
 
@@ -172,7 +191,7 @@ def audit_set(
         notes.append(f"{int(blind.sum())} demonstrations in scenes without listed objects{why}")
     notes += judge.notes
     names = None if judge.conflict is None else tuple(str(d.demo_id[r]) for r in judge.conflict)
-    return Audit(names, tuple(entries), tuple(notes), judge.rules)
+    return Audit(names, tuple(entries), tuple(notes), judge.rules, judge.fits)
 
 
 class _RuleJudge:
@@ -188,6 +207,8 @@ class _RuleJudge:
             self.seen[evidence.rows] = evidence.seen
         self.p_wrong = np.full(n, np.nan)
         self.rules: dict[str, ClearanceRule] = {}
+        self.fits: dict[str, LabelFit] = {}
+        self.unexplained = np.zeros(n, dtype=bool)
         self.by: dict[int, tuple[ClearanceRule, Mapping[str, float]]] = {}
         self.conflict: list[int] | None = None
         self.notes: list[str] = []
@@ -218,7 +239,21 @@ class _RuleJudge:
             people = fit_evidence(evidence).people if len(evidence) else {}
         for i, (name, own) in enumerate(evidence.by_person().items()):
             self.rules[name] = people[name].rule
-            if len(own) > 1:
+            self.fits[name] = tested = goodness_of(self.data, own, people[name])
+            who = "these answers" if name == ANYONE else f"the answers of {name}"
+            if tested.verdict == "not" and not _nearly_one_answer(own):
+                self.notes.append(
+                    f"distance to the listed objects does not explain {who} "
+                    f"({tested.contradicted} of {tested.n} contradict the best rule, "
+                    f"p = {tested.p_chance:.2g}): no label is doubted by it"
+                )
+                self.unexplained[own.rows] = True
+            elif len(own) > 1:
+                if tested.verdict == "partly" and tested.explained:
+                    self.notes.append(
+                        f"the rule explains {tested.explained:.0%} of {who}: "
+                        "labels that contradict it may be right"
+                    )
                 self._of_person(own, people[name], name)
             progress("audit", i + 1, len(people))
 
@@ -254,6 +289,11 @@ class _RuleJudge:
                 f"scene {scene}: {len(mine)} rejected paths{who} keep clear of all that was seen: "
                 "something was probably missed there, so they are not judged"
             )
+
+
+def _nearly_one_answer(own: Evidence) -> bool:
+    """Whether somebody gave one answer but for what may be slips."""
+    return bool(min(own.valid.sum(), (~own.valid).sum()) <= _SLIPS * len(own))
 
 
 def _against(fit: ClearanceFit, own: Evidence) -> FloatArray:
@@ -346,5 +386,7 @@ def _entry(
         return AuditEntry(name, "review", "; ".join(reasons), p_wrong, by_model)
     if p_wrong is None and by_model is None:
         why = "what matters was not seen" if judge.known[row] else "no objects listed"
+        if judge.unexplained[row]:
+            why = "the rule does not explain these answers"
         return AuditEntry(name, "pass", f"not judged: {why}")
     return AuditEntry(name, "pass", "agrees with the others", p_wrong, by_model)

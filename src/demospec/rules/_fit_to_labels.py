@@ -12,7 +12,7 @@ from demospec.rules.clearance._fit import ClearanceFit
 from demospec.rules.clearance._likelihood import margins
 
 
-def test_fit(data: DemonstrationSet, own: Evidence, fit: ClearanceFit) -> Fit:
+def goodness_of(data: DemonstrationSet, own: Evidence, fit: ClearanceFit) -> Fit:
     """How well one person's fit explains their labels, and what goes with the rest.
 
     Args:
@@ -31,6 +31,3 @@ def test_fit(data: DemonstrationSet, own: Evidence, fit: ClearanceFit) -> Fit:
         margin=margins(own.values, limit)[0],
         covariates=lambda: covariates_of(data, own.rows, own.names, own.values, own.extent),
     )
-
-
-test_fit.__test__ = False  # type: ignore[attr-defined]  # not a test of pytest's
