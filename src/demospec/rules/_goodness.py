@@ -29,8 +29,8 @@ EXPLAINED = 0.5
 """Share of the errors of chance that a rule must avoid to be said to explain the labels."""
 
 SLIPS = 0.06
-"""Up to this share of the answers may be slips of somebody who accepts (or rejects) everything: then
-the verdict is ``partly``."""
+"""Up to this share of the answers may be slips of somebody who accepts (or rejects) everything:
+then the verdict is ``partly``."""
 
 _PAIRS_UP_TO = 12
 _DRAWS = 199
