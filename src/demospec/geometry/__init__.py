@@ -12,6 +12,7 @@ from demospec.geometry._segment_distance import (
     segment_distance,
     segments_keep,
 )
+from demospec.geometry._shape_stack import ShapeStack
 from demospec.geometry._shapes import Capsule, Disc, Footprint, Polygon, rectangle
 
 __all__ = [
@@ -22,6 +23,7 @@ __all__ = [
     "MultiPolygon",
     "Polygon",
     "Polylines",
+    "ShapeStack",
     "bounds_of",
     "extent",
     "nearest",

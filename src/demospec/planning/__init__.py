@@ -8,13 +8,15 @@ from demospec._lazy import names_of
 from demospec.planning._results import Envelope, Plan, PlanCheck, Violation, Zone
 
 if TYPE_CHECKING:
-    from demospec.planning._constraint import Plannable
+    from demospec.planning._constraint import Constraint, Plannable, constraint_of, type_of
     from demospec.planning._cost_map import CostMap
     from demospec.planning._plan import PLANNERS, check_plan, cost_map, plan_path
     from demospec.planning._read import read_plannable
+    from demospec.planning._zones import clearances
     from demospec.planning.exports import ExportRequest, export_request, export_to
 
 __all__ = [
+    "Constraint",
     "CostMap",
     "Envelope",
     "ExportRequest",
@@ -25,24 +27,31 @@ __all__ = [
     "Violation",
     "Zone",
     "check_plan",
+    "clearances",
+    "constraint_of",
     "cost_map",
     "export_request",
     "export_to",
     "plan_path",
     "read_plannable",
+    "type_of",
 ]
 
 _HOME = {
+    "Constraint": "_constraint",
     "CostMap": "_cost_map",
     "PLANNERS": "_plan",
     "Plannable": "_constraint",
     "check_plan": "_plan",
+    "clearances": "_zones",
+    "constraint_of": "_constraint",
     "cost_map": "_plan",
     "ExportRequest": "exports",
     "export_request": "exports",
     "export_to": "exports",
     "plan_path": "_plan",
     "read_plannable": "_read",
+    "type_of": "_constraint",
 }
 
 

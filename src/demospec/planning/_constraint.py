@@ -60,6 +60,15 @@ class Constraint:
         return tuple(sorted({z.symbol for z in self.zones if not z.bounded}))
 
 
+def type_of(rules: Plannable, type: str | None) -> str:
+    """The type of user to plan for: the one asked for, else the only one of the rules.
+
+    Raises:
+        InputError: Not a type of the rules, or none given where there are several.
+    """
+    return chosen_type(rules if isinstance(rules, RuleSet) else rules_of_model(rules), type)
+
+
 def constraint_of(
     rules: Plannable,
     scene: Scene,
