@@ -18,6 +18,7 @@ WORDS = {
     "report": "results to one page",
     "experiments": "the paper's protocols, sweeps",
     "execution": "a simulated robot follows",
+    "monitor": "live verdicts on a robot",
     "planning": "cost maps, paths, exports",
     "causal": "interventions, effects",
     "specification": "models of what is accepted",

@@ -70,9 +70,7 @@ class Monitor:
     ) -> None:
         self.settings = settings or MonitorSettings()
         self.columns = tuple(columns)
-        self.watched: Watched = watched_of(
-            rules, scene, type, envelope, anyway=anyway
-        )
+        self.watched: Watched = watched_of(rules, scene, type, envelope, anyway=anyway)
         self.type = self.watched.type
         self.distances: Distances = self.watched.distances
         self.conditions: tuple[Condition, ...] = (*self.watched.conditions, *conditions)

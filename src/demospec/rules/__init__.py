@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from demospec.rules._measurement import Observer, evidence_of
     from demospec.rules._sentences import clearance_words, listed, plural
     from demospec.rules._units import rules_in_unit
-    from demospec.rules._verdicts import known_of, refuse_unexplained
+    from demospec.rules._verdicts import Known, known_of, refuse_unexplained
     from demospec.rules.active._of_set import query_set
     from demospec.rules.active._query import Query, next_query, query_file
     from demospec.rules.clearance._encounters import Encounters, Passes, encounters, passes
@@ -120,6 +120,7 @@ __all__ = [
     "read_rules",
     "rules_document",
     "rules_from_document",
+    "Known",
     "known_of",
     "LabelFit",
     "goodness_of",
@@ -186,6 +187,7 @@ _HOME = {
     "rules_from_document": "_documents",
     "rules_in_unit": "_units",
     "refuse_unexplained": "_verdicts",
+    "Known": "_verdicts",
     "known_of": "_verdicts",
     "LabelFit": "_goodness:Fit",
     "goodness_of": "_fit_to_labels",
