@@ -156,7 +156,7 @@ def write_video(file: Path, frames: list[np.ndarray], fps: int) -> None:
     """An H.264 (or MPEG-4) video, by PyAV."""
     import av
 
-    file.parent.mkdir(parents=True)
+    file.parent.mkdir(parents=True, exist_ok=True)
     with av.open(str(file), "w") as container:
         stream = container.add_stream("libx264" if "libx264" in av.codecs_available else "mpeg4",
                                       rate=fps)  # fmt: skip

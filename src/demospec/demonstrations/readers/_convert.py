@@ -191,7 +191,7 @@ def _read(
 
         return read_json(path, mapping, progress, left_out)
     if kind == "lerobot":
-        from demospec.demonstrations.readers._lerobot import read_lerobot
+        from demospec.demonstrations.readers.lerobot._reader import read_lerobot
 
         return read_lerobot(path, mapping, progress, pictures)
     if kind == "hdf5":

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from demospec.demonstrations.readers._hdf5 import SUFFIXES as HDF5_SUFFIXES
 from demospec.demonstrations.readers.tables._files import SUFFIXES
 from demospec.demonstrations.readers.tables._labels import FILES as LABELS
 from demospec.errors import InputError
@@ -57,6 +58,8 @@ def _of_folder(path: Path) -> str:
                 return "ros"
     if any(s in seen for s in (".mcap", ".bag", ".db3")):
         return "ros"
+    if any(s in seen for s in HDF5_SUFFIXES):
+        return "hdf5"
     if any(s in seen for s in SUFFIXES):
         return "tables"
     if any(s in seen for s in (".json", ".jsonl")):
@@ -73,7 +76,7 @@ def _of_file(path: Path) -> str:
         return "hdf5"
     if head.startswith(_MCAP) or head.startswith(b"#ROSBAG") or suffix == ".db3":
         return "ros"
-    if suffix in (".hdf5", ".h5", ".hdf"):
+    if suffix in HDF5_SUFFIXES:
         return "hdf5"
     if suffix in (".mcap", ".bag"):
         return "ros"

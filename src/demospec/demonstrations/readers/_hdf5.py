@@ -1,15 +1,19 @@
-"""HDF5 recordings, robomimic's layout first.
+"""HDF5 recordings: robomimic's layout, one episode a file (ALOHA), folders of either.
 
 robomimic: group ``data`` with a group a demonstration (``demo_0``, …; attribute
 ``num_samples``), in it ``obs/KEY`` (T, …), ``actions``, ``rewards``, ``dones``; group ``mask``
-with lists of demonstration names (filter keys such as ``train`` and ``valid``). Other files
-with one group a demonstration are read too.
+with lists of demonstration names (filter keys such as ``train`` and ``valid``). ALOHA: the
+demonstration at the root, ``observations/KEY`` and ``action``, pictures as arrays or as JPEG. Other
+files with one group a demonstration are read too.
 
-Source: robomimic's documentation, "Dataset Structure".
+Sources: robomimic's documentation, "Dataset Structure"; ALOHA's record_episodes.
 """
 
 from __future__ import annotations
 
+import io
+from collections import Counter
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -23,27 +27,37 @@ from demospec.demonstrations.readers._recording import (
     RawScene,
     Recording,
     Source,
+    chosen_camera,
+    folders_between,
     path_array,
+    wanted_files,
 )
+from demospec.demonstrations.readers._video import decoded
 from demospec.errors import InputError, MissingExtraError
 from demospec.progress import Progress
 from demospec.scene import Picture
 
 _PATHS = (
     "obs/robot0_eef_pos", "obs/eef_pos", "obs/ee_pos", "obs/ee_states", "observations/eef_pos",
-    "eef_pos", "points", "path", "positions",
+    "observations/ee_pos", "eef_pos", "points", "path", "positions",
 )  # fmt: skip
 _TIMES = ("t", "time", "timestamp", "timestamps", "obs/t", "obs/time")
+_JPEG = b"\xff\xd8\xff"
+_PARTS = ("obs", "observation", "observations", "action", "actions", "images")
+"""Groups that are parts of a demonstration, not demonstrations."""
 _MAX_DEPTH = 8
+SUFFIXES = (".hdf5", ".h5", ".hdf")
 
 
 def read_hdf5(path: Path, mapping: Mapping, progress: Progress, pictures: Pictures) -> Source:
-    """An HDF5 file with one group a demonstration.
+    """An HDF5 file with one group a demonstration or a demonstration at its root, or a folder of
+    such files.
 
     The path is the dataset `mapping.path` inside each demonstration's group (default
-    ``obs/robot0_eef_pos`` and its like); the picture the first frame of the dataset
-    `mapping.picture`. Attributes, scalars, and datasets with one number a step are fields.
-    Object arrays, references and links to other files are never followed or loaded.
+    ``obs/robot0_eef_pos`` and its like, with the orientation of robosuite's ``_eef_quat`` beside
+    it); the picture the first frame of the dataset `mapping.picture`. Attributes, scalars, and
+    datasets with one number a step are fields. Object arrays, references and links to other files
+    are never followed or loaded.
 
     Raises:
         InputError: Not HDF5, a dataset that is not there, or of another type.
@@ -54,45 +68,77 @@ def read_hdf5(path: Path, mapping: Mapping, progress: Progress, pictures: Pictur
     except ImportError as error:
         raise MissingExtraError("h5py", "hdf5", "an HDF5 file") from error
     source = Source("hdf5", units="m", name=path.stem)
-    try:
-        with h5py.File(path, "r", locking=False) as file:
-            _read(file, path, mapping, progress, pictures, source)
-    except (OSError, RuntimeError, KeyError, ValueError, TypeError, MemoryError) as error:
-        raise InputError("an HDF5 file", str(error), file=path) from error
+    files = [path] if path.is_file() else wanted_files(path, SUFFIXES, mapping)
+    if not files:
+        raise InputError("HDF5 files", "none", file=path)
+    stems = Counter(file.stem for file in files)
+    for i, each in enumerate(files):
+        name = each.stem
+        if stems[name] > 1:
+            name = each.relative_to(path).with_suffix("").as_posix()
+        folders = folders_between(path, each) if path.is_dir() else ()
+        try:
+            with h5py.File(each, "r", locking=False) as file:
+                place = _Place(each, name if path.is_dir() else None, folders)
+                _read(file, place, mapping, progress, pictures, source)
+        except (OSError, RuntimeError, KeyError, ValueError, TypeError, MemoryError) as error:
+            raise InputError("an HDF5 file", str(error), file=each) from error
+        if len(files) > 1:
+            progress("read", i + 1, len(files))
+    files_read = f" in {len(files)} files" if path.is_dir() else ""
+    source.notes.append(f"read: {len(source.recordings)} demonstrations{files_read}")
     return source
 
 
+@dataclass(frozen=True)
+class _Place:
+    """A file, what its demonstrations' names begin with (None: nothing), and its folders."""
+
+    file: Path
+    name: str | None
+    folders: tuple[str, ...]
+
+
 def _read(
-    file: Any, path: Path, mapping: Mapping, progress: Progress, pictures: Pictures, source: Source
+    file: Any,
+    place: _Place,
+    mapping: Mapping,
+    progress: Progress,
+    pictures: Pictures,
+    source: Source,
 ) -> None:
-    groups = _groups(file, path)
+    path = place.file
+    groups = _groups(file, path, mapping)
     first = next(iter(groups.values()))
-    cameras = tuple(name for name in _arrays(first) if _is_picture(_item(first, name)))
-    source.cameras = cameras
-    camera = mapping.picture if mapping.picture in cameras else None
-    if camera is None and cameras:
-        source.notes.append(f"cameras, not read: {', '.join(cameras)} (choose with --picture)")
+    cameras = tuple(name for name in _arrays(first) if _is_picture(first, name))
+    if not source.cameras and cameras:
+        source.cameras = cameras
+        if chosen_camera(mapping.picture, cameras) is None:
+            source.notes.append(f"cameras, not read: {', '.join(cameras)} (choose with --picture)")
+    camera = chosen_camera(mapping.picture, cameras)
     key = _path_key(first, path, mapping)
+    if f"path: {key}" not in source.notes:
+        source.notes.append(f"path: {key}")
     splits = _splits(file)
-    for i, (name, group) in enumerate(groups.items()):
-        recording = _recording(group, name, key, path)
+    alone = len(groups) == 1 and next(iter(groups)) == path.stem
+    for i, (own, group) in enumerate(groups.items()):
+        name = own if place.name is None else place.name if alone else f"{place.name}-{own}"
+        recording = replace(_recording(group, name, key, path), folders=place.folders)
         if camera is not None:
             scene = f"scene-{name}"
             source.scenes[scene] = RawScene(
                 scene, load=_loader(path, group.name, camera, name, pictures),
-                split=splits.get(name),
+                split=splits.get(own),
             )  # fmt: skip
-            recording = Recording(
-                recording.name, recording.points, recording.columns, recording.t,
-                recording.fields, (), scene, path, name,
-            )  # fmt: skip
+            recording = replace(recording, scene=scene)
         source.recordings.append(recording)
-        progress("read", i + 1, len(groups))
-    source.notes.append(f"read: {len(groups)} groups, path {key}")
+        if place.name is None:
+            progress("read", i + 1, len(groups))
 
 
-def _groups(file: Any, path: Path) -> dict[str, Any]:
-    """The groups that hold a demonstration each: those in ``data``, else those at the root."""
+def _groups(file: Any, path: Path, mapping: Mapping) -> dict[str, Any]:
+    """The groups that hold a demonstration each: those in ``data``, else those at the root; or
+    the root itself, where what it holds are parts of one."""
     import h5py
 
     parent = file
@@ -100,8 +146,10 @@ def _groups(file: Any, path: Path) -> dict[str, Any]:
         parent = _item(file, "data")
     groups = {n: _item(parent, n) for n in parent if isinstance(_item(parent, n), h5py.Group)}
     groups = {n: g for n, g in groups.items() if n != "mask"}
-    if not groups and any(True for _ in _arrays(parent)):
-        groups = {path.stem: parent}  # one demonstration at the root
+    key = mapping.path
+    own = key is not None and isinstance(_item(parent, key), h5py.Dataset)
+    if own or any(n in _PARTS for n in groups) or (not groups and any(_arrays(parent))):
+        return {path.stem: parent}
     if not groups:
         raise InputError("a group for each demonstration", ", ".join(parent) or "none", file=path)
     return dict(sorted(groups.items(), key=lambda item: _natural(item[0])))
@@ -142,8 +190,14 @@ def _arrays(group: Any, prefix: str = "", depth: int = 0) -> list[str]:
     return names
 
 
-def _is_picture(item: Any) -> bool:
-    return bool(item.dtype == np.uint8 and len(item.shape) == 4 and item.shape[-1] == 3)
+def _is_picture(group: Any, name: str) -> bool:
+    """Whether a dataset holds frames: (T, h, w, 3) bytes, or (T, n) bytes of JPEG."""
+    item = _item(group, name)
+    if item is None or item.dtype != np.uint8 or not item.shape or item.shape[0] < 1:
+        return False
+    if len(item.shape) == 4:
+        return bool(item.shape[-1] == 3)
+    return len(item.shape) == 2 and item.shape[1] > 3 and bytes(item[0, :3]) == _JPEG
 
 
 def _path_key(group: Any, path: Path, mapping: Mapping) -> str:
@@ -191,6 +245,12 @@ def _recording(group: Any, name: str, key: str, path: Path) -> Recording:
         elif item.size == 1:
             fields[other] = _load(item, path, name, other).reshape(-1)[0].item()
     columns = tuple(str(i) for i in range(points.shape[1]))
+    turn = _item(group, f"{key.removesuffix('_pos')}_quat")
+    if key.endswith("eef_pos") and points.shape[1] == 3 and turn is not None:
+        quaternion = _load(turn, path, name, f"{key.removesuffix('_pos')}_quat")
+        if quaternion.shape == (len(points), 4):  # robosuite's order: x, y, z, w
+            points = np.concatenate([points, quaternion], axis=1)
+            columns = ("x", "y", "z", "qx", "qy", "qz", "qw")
     return Recording(name, points, columns, t=t, fields=fields, file=path, row=name)
 
 
@@ -235,9 +295,12 @@ def _loader(path: Path, group: str, camera: str, name: str, pictures: Pictures) 
         try:
             with h5py.File(path, "r", locking=False) as file:
                 item = _item(file[group], camera)
-                if item is None or not _is_picture(item) or item.shape[0] < 1:
-                    raise InputError("8-bit RGB frames (T, h, w, 3)", "something else", file=path,
-                                     row=name, field=camera)  # fmt: skip
+                if not _is_picture(file[group], camera):
+                    raise InputError("8-bit RGB frames (T, h, w, 3) or JPEG", "something else",
+                                     file=path, row=name, field=camera)  # fmt: skip
+                if len(item.shape) == 2:
+                    data = io.BytesIO(np.asarray(item[0]).tobytes())
+                    return pictures.keep(name, decoded(data, path, name))
                 if item.shape[1] * item.shape[2] > 64_000_000:
                     raise InputError("frames of at most 64000000 pixels", item.shape, file=path,
                                      row=name, field=camera)  # fmt: skip

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable, Iterator
 from collections.abc import Mapping as MappingType
 from dataclasses import dataclass, field, replace
@@ -230,6 +231,21 @@ def shorten_names(source: Source) -> None:
     if len(set(short)) == len(short):
         pairs = zip(short, source.recordings, strict=True)
         source.recordings = [replace(r, name=s) for s, r in pairs]
+
+
+def chosen_camera(asked: str | None, cameras: tuple[str, ...]) -> str | None:
+    """The camera that is asked for, by its whole name or by its last part; None for another
+    picture.
+
+    Raises:
+        InputError: Several cameras have that last part.
+    """
+    if asked is None or asked in cameras:
+        return asked
+    found = [c for c in cameras if re.split(r"[./]", c)[-1] == asked]
+    if len(found) > 1:
+        raise InputError("one camera; say its whole name", ", ".join(found), field="picture")
+    return found[0] if found else None
 
 
 def wanted_files(

@@ -16,6 +16,7 @@ from demospec.demonstrations.readers._recording import (
     Pictures,
     RawScene,
     Source,
+    chosen_camera,
     folders_between,
 )
 from demospec.demonstrations.readers.ros._bag import Bag
@@ -80,7 +81,8 @@ def _read_bag(
     kind = bag.topics[topic][0]
     cameras = tuple(t for t, kinds in bag.topics.items() if is_image(kinds[0]))
     source.cameras = tuple(dict.fromkeys([*source.cameras, *cameras]))
-    camera = mapping.picture if mapping.picture in cameras else None
+    camera = chosen_camera(mapping.picture, cameras)
+    camera = camera if camera in cameras else None
     plain = [t for t, kinds in bag.topics.items() if is_plain(kinds[0])]
     cut = mapping.demonstration
     if cut is not None and cut not in plain:

@@ -1,0 +1,1 @@
+"""LeRobot datasets of the layouts v2 and v3."""
