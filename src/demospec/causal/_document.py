@@ -14,6 +14,7 @@ from demospec.causal._results import (
     TypeEffect,
 )
 from demospec.errors import InputError
+from demospec.rules import fit_from_json
 
 
 def findings_from_document(document: dict[str, Any]) -> CausalFindings:
@@ -48,6 +49,10 @@ def findings_from_document(document: dict[str, Any]) -> CausalFindings:
             skipped=dict(document["skipped"]),
             n_scenes=document["n_scenes"],
             settings=_of(Settings, document["settings"]),
+            labels={
+                name: fit_from_json(fit, f"labels.{name}")
+                for name, fit in document.get("labels", {}).items()
+            },
         )
     except (KeyError, TypeError, AttributeError) as error:
         found = f"{type(error).__name__} {error}"

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from typing import Any, Literal
 
 from demospec.errors import InputError
+from demospec.rules import LabelFit
 
 Intervention = Literal["add", "remove", "move", "swap", "placebo"]
 Verdict = Literal["causal", "none", "undecided"]
@@ -169,6 +170,8 @@ class CausalFindings:
         notes: Smaller n, things that could not be tried, and why. Never empty silence.
         skipped: Symbol → why nothing of it could be added anywhere.
         n_scenes: Scenes given.
+        labels: Type → how well the model's rule explains the labels that it was learned from,
+            tested on permuted labels; types without a learned rule are absent.
     """
 
     types: tuple[str, ...]
@@ -183,6 +186,7 @@ class CausalFindings:
     skipped: Mapping[str, str]
     n_scenes: int
     settings: Settings
+    labels: Mapping[str, LabelFit] = field(default_factory=dict)
 
     def effect(self, type: str, symbol: str) -> SymbolEffect:
         """Adding `symbol` for `type`; InputError lists what there is."""
@@ -217,6 +221,7 @@ class CausalFindings:
             "skipped": dict(self.skipped),
             "notes": list(self.notes),
             "n_scenes": self.n_scenes,
+            "labels": {name: fit.to_json() for name, fit in self.labels.items()},
             "settings": _plain(asdict(self.settings)),
         }
 

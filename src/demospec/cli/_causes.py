@@ -93,9 +93,17 @@ def causes(
 
     A cell is causal (*) where its p-value, corrected over all cells, is below 0.05 and the
     change of p(valid) is at least the minimum effect. The placebo moves bare table and must
-    change nothing.
+    change nothing. Of answers that the model's rule does not explain nothing is claimed.
     """
-    from demospec.causal import Settings, estimate, trials_of_stored, write_trials
+    from demospec.causal import (
+        Settings,
+        checked,
+        estimate,
+        fits_of,
+        trials_of_stored,
+        write_trials,
+    )
+    from demospec.demonstrations import read_set
     from demospec.specification import load_model
 
     if relevant_rules is not None and rules is None:
@@ -127,14 +135,16 @@ def causes(
             cluster=cluster,
             progress=progress,
         )
-    findings = estimate(trials, settings)
+    data = read_set(set_folder)
+    findings = checked(
+        estimate(trials, settings), fits_of(load_model(model, data.types)), data.scenes
+    )
     document = findings.to_json()
     if rules is not None:
         from demospec.causal import agreement, rules_of_causes
-        from demospec.demonstrations import read_set
         from demospec.rules import learn_rules, read_rules, rules_document
 
-        known = learn_rules(read_set(set_folder)) if rules == "learn" else read_rules(rules)
+        known = learn_rules(data) if rules == "learn" else read_rules(rules)
         document["agreement"] = agreement(findings, known).to_json()
         if relevant_rules is not None:
             save_json(rules_document(rules_of_causes(known, findings)), relevant_rules)

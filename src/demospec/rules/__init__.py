@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from demospec.rules._fit import FitMemory, Mode, Posterior, fit, fit_clearance
     from demospec.rules._fit_to_labels import goodness_of
     from demospec.rules._goodness import Fit as LabelFit
+    from demospec.rules._goodness import fit_from_json
     from demospec.rules._learn import learn_rules
     from demospec.rules._learning_curve import enough_problem, enough_set, enough_words
     from demospec.rules._measurement import Observer, evidence_of
@@ -124,6 +125,7 @@ __all__ = [
     "known_of",
     "LabelFit",
     "goodness_of",
+    "fit_from_json",
     "rules_in_unit",
     "refuse_unexplained",
 ]
@@ -191,6 +193,7 @@ _HOME = {
     "known_of": "_verdicts",
     "LabelFit": "_goodness:Fit",
     "goodness_of": "_fit_to_labels",
+    "fit_from_json": "_goodness",
 }
 
 

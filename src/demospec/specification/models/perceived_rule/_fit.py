@@ -136,7 +136,7 @@ def fit_rules(
     observer = PictureObserver(symbols, head, calibration, observations)
     found = fit(evidence_of(data, split=None, observer=observer))
     order = [t for t in data.types if t in found.people]
-    rules = {name: rules_of_fit(found, name) for name in order}
+    rules = {name: rules_of_fit(found, name, data) for name in order}
     return RuleSet(rules, data.units, data.metres_per_unit, found.evidence.notes)
 
 

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from demospec.demonstrations import DemonstrationSet
 from demospec.errors import InputError
 from demospec.rules import (
     ClearanceFit,
@@ -20,6 +21,7 @@ from demospec.rules import (
     Posterior,
     TypeRules,
     fit_document,
+    goodness_of,
     rules_from_document,
 )
 
@@ -31,7 +33,7 @@ _INSIDE, _OUTSIDE = 0.55, 0.45
 _LEAST_SPREAD = 0.02  # hundredths of the table
 
 
-def rules_of_fit(found: Posterior, name: str) -> TypeRules:
+def rules_of_fit(found: Posterior, name: str, data: DemonstrationSet) -> TypeRules:
     """One person's rules, with what is believed of classes that the rule does not name.
 
     Beside what every answer holds, `evidence` has ``mean`` and ``spread``: by class, the posterior
@@ -44,14 +46,14 @@ def rules_of_fit(found: Posterior, name: str) -> TypeRules:
         nothing = dict.fromkeys(fit.symbols, 0.0)
         rule = ClearanceRule({}, {}, fit.symbols, fit.rule.distance)
         document |= {"probability": nothing, "mean": nothing, "spread": nothing}
-        return TypeRules(rule, None, "", document)
+        return TypeRules(rule, None, "", document, goodness_of(data, own, fit))
     mean, spread = _moments(fit)
     least = _LEAST_SPREAD * own.unit
     absent = np.flatnonzero(np.isinf(own.values).min(axis=0))
     unknown = {*fit.rule.uninformed, *(fit.symbols[k] for k in absent)}
     rule = replace(fit.rule, uninformed=tuple(s for s in fit.symbols if s in unknown))
     document |= {"mean": mean, "spread": {s: max(v, least) for s, v in spread.items()}}
-    return TypeRules(rule, None, "", document)
+    return TypeRules(rule, None, "", document, goodness_of(data, own, fit))
 
 
 def beliefs(rules: TypeRules) -> tuple[dict[str, float], dict[str, float], dict[str, float]]:
