@@ -37,6 +37,7 @@ def clearance_words(
     distance: str = "footprint",
     interval: Mapping[str, tuple[float, float]] | None = None,
     undecided: Sequence[str] = (),
+    instead: Mapping[str, Sequence[str]] | None = None,
 ) -> str:
     """``keeps about 4.1 cm (3.9 to 4.3) from glasses; of what is listed, nothing else is needed``.
 
@@ -47,7 +48,9 @@ def clearance_words(
         interval: Class → ends of its clearance, where they are known.
         undecided: Classes that some rules consistent with all demonstrations need and others
             leave out.
+        instead: Class that matters → classes that explain the answers about as well in its stead.
     """
+    other = instead or {}
     where = "the centre of " if distance == "center" else ""
     parts = []
     for c in dict.fromkeys(value.values()):
@@ -55,9 +58,12 @@ def clearance_words(
         ends = _common([interval[s] for s in members if s in interval]) if interval else None
         length = describe_length(c, metres_per_unit, units, interval=ends)
         about = "about " if ends is None or ends[0] < ends[1] else ""
-        parts.append(f"{about}{length} from {where}{listed([plural(s) for s in members])}")
+        parts.append(f"{about}{length} from {where}{listed([_or(s, other) for s in members])}")
     text = f"keeps {listed(parts)}" if parts else "keeps no distance from what is listed"
-    others = [s for s in symbols if s not in value]
+    rivals = {s for names in other.values() for s in names}
+    if rivals:
+        text += " (not decided which: show a path near one of them alone)"
+    others = [s for s in symbols if s not in value and s not in rivals]
     open_ = [s for s in others if s in undecided and s not in uninformed]
     unknown = [s for s in others if s in uninformed]
     settled = [s for s in others if s not in open_ and s not in unknown]
@@ -68,6 +74,11 @@ def clearance_words(
     if unknown:
         text += f"; nothing is known about {listed([plural(s) for s in unknown])}"
     return text
+
+
+def _or(symbol: str, instead: Mapping[str, Sequence[str]]) -> str:
+    """``glasses``, or ``glasses or bowls`` where either explains the answers."""
+    return listed([plural(s) for s in (symbol, *instead.get(symbol, ()))], "or")
 
 
 def _common(ends: Sequence[tuple[float, float]]) -> tuple[float, float] | None:
