@@ -6,10 +6,11 @@ import json
 
 import numpy as np
 import pytest
-from rules_problems import document, pixel_problem
+from rules_problems import pixel_problem
 
 from demospec.errors import InputError
 from demospec.rules import problem_from_document, read_problem, solve
+from demospec.testing import problem_document
 
 
 def base(**changes):
@@ -216,6 +217,6 @@ def test_engines_refuse_what_they_cannot_do_exactly():
 
 def test_a_document_round_trips():
     problem = pixel_problem(3)
-    again = problem_from_document(json.loads(json.dumps(document(problem))))
+    again = problem_from_document(json.loads(json.dumps(problem_document(problem))))
     assert solve(again).to_json()["hull"] == solve(problem).to_json()["hull"]
     assert np.array_equal(again.trajectories[0].points, problem.trajectories[0].points)

@@ -17,10 +17,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from rules_oracle import answer_of
-from rules_problems import document, random_problem
+from rules_problems import random_problem
 
 import demospec.rules
 from demospec.rules import Bounds, RuleObject, RuleProblem, RuleScene, RuleTrajectory
+from demospec.testing import problem_document
 
 ROOM = "demospec.rules.influence.engines"
 FOLDER = Path(demospec.rules.__file__).parent / "influence" / "engines"
@@ -148,7 +149,7 @@ def edges():
 def battery():
     """Documents of problems, with brute-force answers; short ones for CP-SAT."""
     problems = [*edges(), *(random_problem(seed) for seed in range(100))]
-    return [(p.reading, document(p), answer_of(p)) for p in problems]
+    return [(p.reading, problem_document(p), answer_of(p)) for p in problems]
 
 
 def notices(rules, battery, engine) -> bool:

@@ -6,13 +6,13 @@ import json
 
 import numpy as np
 import pytest
-from colour_worlds import colour_set
 from test_commands import document, run
 
 from demospec.demonstrations import simulate_set, write_set
 from demospec.errors import InputError
 from demospec.specification import conformal
 from demospec.specification.evaluation._conformal import _pooled_quantile
+from demospec.testing import colour_set
 
 
 def test_a_new_scene_is_covered_at_the_stated_rate_however_unequal_the_scenes():

@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from colour_worlds import colour_set
 
 from demospec.errors import InputError
 from demospec.specification import PaperModel, PaperSettings, fit_model, predict
@@ -17,6 +16,7 @@ from demospec.specification.models.beta_vae._stacked import (
     train_stacked,
 )
 from demospec.specification.models.beta_vae._training_data import TrainingData, training_data
+from demospec.testing import colour_set
 
 torch = pytest.importorskip("torch", reason="torch comes with demospec[vision]")
 

@@ -48,6 +48,8 @@ if TYPE_CHECKING:
     from demospec.rules.influence._one_class import PositiveAnswer, solve_positive
     from demospec.rules.influence._problem import (
         Bounds,
+        Penalty,
+        Reading,
         RuleObject,
         RuleProblem,
         RuleScene,
@@ -94,6 +96,8 @@ __all__ = [
     "RuleTrajectory",
     "RuleObject",
     "RuleScene",
+    "Penalty",
+    "Reading",
     "RuleProblem",
     "clearance_words",
     "ClearanceFit",
@@ -163,6 +167,8 @@ _HOME = {
     "RuleTrajectory": "influence._problem",
     "RuleObject": "influence._problem",
     "RuleScene": "influence._problem",
+    "Penalty": "influence._problem",
+    "Reading": "influence._problem",
     "RuleProblem": "influence._problem",
     "Passes": "clearance._encounters",
     "passes": "clearance._encounters",
