@@ -41,6 +41,10 @@ _PATHS = (
     "obs/robot0_eef_pos", "obs/eef_pos", "obs/ee_pos", "obs/ee_states", "observations/eef_pos",
     "observations/ee_pos", "eef_pos", "points", "path", "positions",
 )  # fmt: skip
+_JOINTS = (
+    "obs/robot0_joint_pos", "observations/qpos", "observation/robot_state/joint_positions",
+    "obs/joint_pos", "joint_positions", "qpos", "joints",
+)  # fmt: skip
 _TIMES = ("t", "time", "timestamp", "timestamps", "obs/t", "obs/time")
 _JPEG = b"\xff\xd8\xff"
 _PARTS = ("obs", "observation", "observations", "action", "actions", "images")
@@ -207,7 +211,7 @@ def _path_key(group: Any, path: Path, mapping: Mapping) -> str:
             raise InputError(f"a dataset {mapping.path}", ", ".join(known) or "none", file=path,
                              row=group.name, field="path")  # fmt: skip
         return mapping.path
-    for name in _PATHS:
+    for name in _PATHS if mapping.robot is None else _JOINTS:
         if name in known:
             return name
     raise InputError("a dataset for the path; say which: --path NAME", ", ".join(known) or "none",

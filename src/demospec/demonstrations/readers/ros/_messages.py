@@ -46,6 +46,11 @@ def is_path_type(kind: str) -> bool:
     return _short(kind) in _PATH_TYPES
 
 
+def is_joint_type(kind: str) -> bool:
+    """Whether messages of this type hold joint values by name."""
+    return _short(kind) == "JointState"
+
+
 def is_transform_type(kind: str) -> bool:
     """Whether messages of this type say how frames lie in each other."""
     return _short(kind) in _TRANSFORM_TYPES
