@@ -100,6 +100,8 @@ __all__ = [
     "Reading",
     "RuleProblem",
     "clearance_words",
+    "listed",
+    "plural",
     "ClearanceFit",
     "fit_document",
     "clearance_document",
