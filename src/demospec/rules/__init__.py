@@ -100,8 +100,6 @@ __all__ = [
     "Reading",
     "RuleProblem",
     "clearance_words",
-    "listed",
-    "plural",
     "ClearanceFit",
     "fit_document",
     "clearance_document",

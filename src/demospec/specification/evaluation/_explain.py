@@ -6,7 +6,7 @@ judged again.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -83,6 +83,7 @@ def explain(
     units: str = "px",
     metres_per_unit: float | None = None,
     counterfactual: bool = True,
+    symbols: Collection[str] | None = None,
 ) -> Explanation:
     """Explains a model's verdict on one path.
 
@@ -98,19 +99,21 @@ def explain(
         units, metres_per_unit: For the sentence.
         counterfactual: Look for the push that would make a rejected path valid. Without it the
             place and its object are named only, in a tenth of the time.
+        symbols: Classes that can decide; None: every listed object can.
     """
     points = resample(np.asarray(path, dtype=np.float64)[:, :2], _POINTS)
     logit = float(view.logits(points[None], type)[0])
     slope = _slope(view, points, type)
-    at = _place(view, points, slope)
-    item, gap = _nearest(view, points[at])
+    objects = tuple(o for o in view.scene.objects or () if symbols is None or o.symbol in symbols)
+    at = _place(objects, points, slope)
+    item, gap = _nearest(objects, points[at])
     away = _away(item, points[at], slope[at], points, at)
     share = at / (_POINTS - 1)
     further, changed, extra = None, None, 0.0
     if logit <= 0 and counterfactual:
         further, changed, extra = _least_push(view, points, at, away, type, item)
     flips = changed is not None and float(view.logits(changed[None], type)[0]) > 0
-    word = None if item is None else f"{item.symbol} {item.id}"
+    word = None if item is None else item.id
     return Explanation(
         valid=logit > 0,
         logit=logit,
@@ -146,22 +149,22 @@ def _slope(view: View, points: FloatArray, type: str) -> FloatArray:
         return np.zeros_like(points)
 
 
-def _place(view: View, points: FloatArray, slope: FloatArray) -> int:
+def _place(objects: Sequence[SceneObject], points: FloatArray, slope: FloatArray) -> int:
     weight = np.linalg.norm(slope, axis=1)
     total = float(weight.sum())
     if total > 0:
         # Number of points that share the gradient: a network on z_θ spreads it over all.
         effective = total**2 / float((weight**2).sum())
-        if effective < len(points) / 4 or not view.scene.objects:
+        if effective < len(points) / 4 or not objects:
             return int(weight.argmax())
-    objects = view.scene.objects or ()
     if not objects:
         return len(points) // 2
     return int(np.min([o.outline.signed_distance(points) for o in objects], axis=0).argmin())
 
 
-def _nearest(view: View, place: FloatArray) -> tuple[SceneObject | None, float | None]:
-    objects = view.scene.objects or ()
+def _nearest(
+    objects: Sequence[SceneObject], place: FloatArray
+) -> tuple[SceneObject | None, float | None]:
     if not objects:
         return None, None
     gaps = [float(o.outline.signed_distance(place)) for o in objects]
@@ -276,6 +279,8 @@ def _sentence(
     if word is not None and gap is not None:
         length = describe_length(abs(gap), metres_per_unit, units)
         near = f", {length} {'from' if gap >= 0 else 'inside'} {word}"
+    if valid and word is None:
+        return f"{type} accepts the path: nothing that is listed here is known to matter."
     if valid:
         return f"{type} accepts the path; it is decided {where}{near}."
     if not tried:
