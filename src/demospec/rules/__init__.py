@@ -31,7 +31,8 @@ if TYPE_CHECKING:
     from demospec.rules._units import rules_in_unit
     from demospec.rules._verdicts import Known, known_of, refuse_unexplained
     from demospec.rules.active._of_set import query_set
-    from demospec.rules.active._query import Query, next_query, query_file
+    from demospec.rules.active._query import next_query, query_file
+    from demospec.rules.active._result import Query
     from demospec.rules.clearance._encounters import Encounters, Passes, encounters, passes
     from demospec.rules.clearance._fit import ClearanceFit, fit_document
     from demospec.rules.constraints._point_features import PointFeature, register_feature
@@ -135,7 +136,7 @@ __all__ = [
 ]
 
 _HOME = {
-    "Query": "active._query",
+    "Query": "active._result",
     "next_query": "active._query",
     "query_file": "active._query",
     "query_set": "active._of_set",

@@ -19,7 +19,7 @@ from demospec.scene import Scene
 
 if TYPE_CHECKING:
     from demospec.rules._fit import Mode
-    from demospec.rules.active._query import Query
+    from demospec.rules.active._result import Query
 
 SETTLED_BITS = 0.05
 """Below this gain the clearances are as good as known."""
@@ -64,7 +64,7 @@ def best_clearance_path(
     A path that leaves its scene's picture, where nobody could see it, is asked only if no path
     inside tells anything.
     """
-    from demospec.rules.active._query import Query
+    from demospec.rules.active._result import Query
 
     rng = np.random.default_rng(seed)
     usable = [item for item in scenes if item[1].objects]

@@ -74,9 +74,9 @@ class CpSatEngine:
             import ortools  # noqa: F401
         except ImportError as error:
             raise MissingExtraError("ortools", "cpsat", f"engine {self.encoding}") from error
-        from demospec.rules.influence.engines._cp_sat import solve_encoding
-        from demospec.rules.influence.engines._cp_sat_direct import encode_direct
-        from demospec.rules.influence.engines._cp_sat_steps import encode_steps
+        from demospec.rules.influence.engines.cp_sat._direct import encode_direct
+        from demospec.rules.influence.engines.cp_sat._encoding import solve_encoding
+        from demospec.rules.influence.engines.cp_sat._steps import encode_steps
 
         encode = encode_direct if self.encoding == "direct" else encode_steps
         return solve_encoding(encode(problem), problem, self.encoding, deadline, seed, listed)

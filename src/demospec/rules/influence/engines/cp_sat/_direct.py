@@ -21,7 +21,7 @@ from demospec.rules.influence.engines._arithmetic import (
     exact_penalty,
     exact_square,
 )
-from demospec.rules.influence.engines._cp_sat import Encoding, variables
+from demospec.rules.influence.engines.cp_sat._encoding import Encoding, variables
 
 
 def encode_direct(problem: RuleProblem) -> Encoding:

@@ -13,8 +13,8 @@ import numpy as np
 
 from demospec.errors import InputError
 from demospec.rules.influence._problem import RuleProblem
-from demospec.rules.influence.engines._cp_sat import Encoding, variables
 from demospec.rules.influence.engines._step_functions import Block, StepProblem, step_problem
+from demospec.rules.influence.engines.cp_sat._encoding import Encoding, variables
 
 
 def encode_steps(problem: RuleProblem) -> Encoding:
