@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -10,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from demospec.demonstrations._trajectory import MAX_COORDINATE
 from demospec.demonstrations.readers._recording import Source
 from demospec.errors import InputError
 from demospec.frames import FloatArray
@@ -17,13 +17,13 @@ from demospec.scene import Picture
 
 
 def number(value: Any, path: Path, row: int | str, name: str) -> float:
-    """A finite number of a JSON document.
+    """A number of a JSON document, of a size that a picture's may have.
 
     Raises:
         InputError: Anything else.
     """
     wrong = isinstance(value, bool) or not isinstance(value, (int, float))
-    if wrong or not math.isfinite(value):
+    if wrong or not abs(value) <= MAX_COORDINATE:
         found = "nothing" if value is None else value
         raise InputError("a number", found, file=path, row=row, field=name)
     return float(value)
@@ -41,8 +41,9 @@ def corners(value: Any, path: Path, row: int | str, name: str, *, least: int = 1
     if points.ndim != 2 or points.shape[1] != 2 or len(points) < least:
         found = f"shape {points.shape}" if points.size else "none"
         raise InputError(expected, found, file=path, row=row, field=name)
-    if not np.isfinite(points).all():
-        raise InputError("finite numbers", "others", file=path, row=row, field=name)
+    if not (np.abs(points) <= MAX_COORDINATE).all():
+        expected = f"finite numbers of size at most {MAX_COORDINATE:.0e}"
+        raise InputError(expected, "others", file=path, row=row, field=name)
     return points
 
 

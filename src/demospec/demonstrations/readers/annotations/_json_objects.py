@@ -48,6 +48,8 @@ def read_labelme(document: dict[str, Any], path: Path) -> ListedObjects:
             raise InputError("an object", item, file=path, row=row, field="shapes")
         label = str(item.get("label") or "")
         group = item.get("group_id")
+        if not (group is None or isinstance(group, (int, str))):
+            raise InputError("a number or none", group, file=path, row=row, field="group_id")
         key = (label, f"alone-{row}" if group is None else group)
         try:
             groups.setdefault(key, []).append(_labelme_shape(item, path, row))
@@ -194,9 +196,9 @@ def _supervisely_shape(item: dict[str, Any], path: Path, row: int) -> Shape:
     points = item.get("points") if isinstance(item.get("points"), dict) else {}
     assert isinstance(points, dict)
     least = {"rectangle": 2, "polygon": 3, "point": 1}
-    if kind not in least:
+    if not isinstance(kind, str) or kind not in least:
         raise InputError("rectangle, polygon, bitmap or point", kind, field="geometryType")
-    rim = corners(points.get("exterior"), path, row, "points.exterior", least=least[str(kind)])
+    rim = corners(points.get("exterior"), path, row, "points.exterior", least=least[kind])
     if kind == "polygon":
         return polygons([rim])
     if kind == "point":
