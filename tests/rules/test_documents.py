@@ -25,7 +25,7 @@ from demospec.rules import (
     rules_document,
     rules_from_document,
 )
-from demospec.rules.influence._rule import influence_words
+from demospec.rules.influence import influence_words
 from demospec.testing import SYMBOLS, demonstrator_set, random_paths, random_scene
 
 RULES = {"careful": dict.fromkeys(SYMBOLS, 3.0), "normal": {"glass": 3.0}, "aggressive": {}}

@@ -34,9 +34,6 @@ _ARM_LIFT_M = 0.05
 
 _REACHED_M = 0.005
 
-_SPACING = 1.0
-"""Influence rules count points: the executed path gets as many as its plan, one a unit."""
-
 
 def execute_plan(
     plan: Plan,
@@ -101,7 +98,7 @@ def execute_plan(
         executed=pixels,
         clearance_m=dict(monitor.clearance_m),
         contacts=monitor.found,
-        check=check_plan(rules, scene, pixels, plan.type, envelope, spacing=_SPACING),
+        check=check_plan(rules, scene, pixels, plan.type, envelope, spacing="rule"),
     )
 
 

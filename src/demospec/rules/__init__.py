@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from demospec.rules.clearance._encounters import Encounters, Passes, encounters, passes
     from demospec.rules.clearance._fit import ClearanceFit, fit_document
     from demospec.rules.constraints._point_features import PointFeature, register_feature
-    from demospec.rules.influence._answer import InfluenceAnswer, describe_influence
+    from demospec.rules.influence._answer import InfluenceAnswer
     from demospec.rules.influence._conflict import minimal_conflict
     from demospec.rules.influence._consistent_sets import ConsistentSets, consistent_sets
     from demospec.rules.influence._evaluate import evaluate_rule
@@ -58,6 +58,8 @@ if TYPE_CHECKING:
         problem_from_document,
         read_problem,
     )
+    from demospec.rules.influence._rule import InfluenceRule, Thresholds
+    from demospec.rules.influence._sentences import describe_influence
     from demospec.rules.influence._solve import solve
     from demospec.rules.influence.engines._unknown_f_max import FmaxAnswer, identify_F_max
 
@@ -90,6 +92,8 @@ __all__ = [
     "evaluate_rule",
     "describe_influence",
     "InfluenceAnswer",
+    "InfluenceRule",
+    "Thresholds",
     "solve",
     "problem_from_document",
     "read_problem",
@@ -159,8 +163,10 @@ _HOME = {
     "enough_set": "_learning_curve",
     "enough_words": "_learning_curve",
     "evaluate_rule": "influence._evaluate",
-    "describe_influence": "influence._answer",
+    "describe_influence": "influence._sentences",
     "InfluenceAnswer": "influence._answer",
+    "InfluenceRule": "influence._rule",
+    "Thresholds": "influence._rule",
     "solve": "influence._solve",
     "problem_from_document": "influence._problem",
     "read_problem": "influence._problem",

@@ -22,10 +22,8 @@ from demospec.rules.clearance._encounters import passes
 from demospec.rules.clearance._fit import ClearanceFit, fit_document
 from demospec.rules.clearance._measure import Distance, nearest_approach
 from demospec.rules.clearance._posterior import Sharing
-from demospec.rules.influence._rule import influence_answer, influence_words
-
-F_MAX = 60
-"""Bound on the summed penalty where nobody gives one, as in a problem file."""
+from demospec.rules.influence._of_set import influence_answer
+from demospec.rules.influence._sentences import influence_words
 
 
 def learn_rules(
@@ -104,9 +102,10 @@ def _type_rules(
         evidence["decided"] = decided_by(fit.rule.value, own.names, own.values, valid)
     answer = None
     if influence:
-        chosen = {"F_max": F_MAX, **settings}
-        answer, reason = influence_answer(data, own.rows, valid, chosen)
-        words = "" if answer is None else influence_words(answer, data.metres_per_unit)
+        answer, reason = influence_answer(data, own.rows, valid, settings)
+        words = ""
+        if answer is not None:
+            words = influence_words(answer, data.metres_per_unit, data.units)
         evidence["influence"] = words or reason
     tested = goodness_of(data, own, fit)
     return TypeRules(fit.rule, answer, type_sentence(data, fit, own, tested), evidence, tested)

@@ -10,9 +10,9 @@ from typing import Literal, Protocol, get_args
 from demospec.errors import InputError, MissingExtraError
 from demospec.rules.influence._answer import InfluenceAnswer
 from demospec.rules.influence._check import check_answer
+from demospec.rules.influence._effort import EFFORT, Effort
 from demospec.rules.influence._label_noise import LABEL_NOISE, slack_of
 from demospec.rules.influence._problem import RuleProblem
-from demospec.rules.influence.engines._effort import EFFORT, Effort
 from demospec.rules.influence.engines._exact import solve_exact
 from demospec.rules.influence.engines._step_functions import step_problem
 

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from demospec.rules.influence._answer import InfluenceAnswer, Parameters
+from demospec.rules.influence._effort import EFFORT, Effort
 from demospec.rules.influence.engines._arithmetic import IntArray
-from demospec.rules.influence.engines._effort import EFFORT, Effort
 from demospec.rules.influence.engines._enumerate import Grid, SliceTable, first_rows
 from demospec.rules.influence.engines._exact import answer, combine
 from demospec.rules.influence.engines._presolve import Component
