@@ -220,3 +220,9 @@ def test_a_document_round_trips():
     again = problem_from_document(json.loads(json.dumps(problem_document(problem))))
     assert solve(again).to_json()["hull"] == solve(problem).to_json()["hull"]
     assert np.array_equal(again.trajectories[0].points, problem.trajectories[0].points)
+
+
+def test_a_problem_counts_whole_units():
+    """The settings of an answer in metres name a quantum; a problem has none."""
+    with pytest.raises(InputError, match="quantum: expected no quantum: a problem counts whole"):
+        problem_from_document(base(quantum=0.001))
