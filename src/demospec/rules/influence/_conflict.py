@@ -1,4 +1,4 @@
-"""Who contradicts whom: a minimal conflicting subset of the demonstrations."""
+"""Minimal conflict: demonstrations that no parameters satisfy together, but all but any one."""
 
 from __future__ import annotations
 

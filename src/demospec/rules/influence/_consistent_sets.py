@@ -1,4 +1,4 @@
-"""The consistent parameter sets themselves: all of them where they are few, else a sample."""
+"""Consistent parameter sets: all of them where they are few, else a uniform sample."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The exact engine: presolve, a sweep or a branch and bound, and one answer from components."""
+"""Exact engine: presolve, enumeration or branch and bound, and one answer from components."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Contradict as few demonstrations as possible: the exact smallest number, and the envelope.
+"""Minimum-violation fit: the fewest contradicted demonstrations, exactly, and the envelope.
 
 `contradicted` holds the exact smallest number of contradicted demonstrations, and names those
 that the least parameters with that number contradict. Optima, hull and count describe every

@@ -1,4 +1,4 @@
-"""Contradictions counted cell by cell, where every block has one or two parameters.
+"""Minimum-violation fit cell by cell, where every block has one or two parameters.
 
 A cell's *excess* is by how many more rows it contradicts than the best cell of its block at the
 same T_min. Cells of given excesses are a product over the blocks, as consistent cells are; so

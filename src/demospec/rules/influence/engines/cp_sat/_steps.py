@@ -1,4 +1,4 @@
-"""The `step` engine: CP-SAT over step functions, one pseudo-Boolean row per trajectory.
+"""CP-SAT encoding `step`: step functions, one pseudo-Boolean row per trajectory.
 
 A radius is order-encoded: one literal per radius at which some row changes. A row is then
 Σ_k Σ_r (g_k(r) − g_k(r − 1))·[r_k ≥ r] against the limit, however many points it had.
