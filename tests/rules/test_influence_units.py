@@ -7,9 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from clearance_worlds import SYMBOLS, demonstration_set
 
-from demospec.demonstrations import Demonstration, Demonstrations, DemonstrationSet
+from demospec.demonstrations import DemonstrationSet
 from demospec.errors import InputError
 from demospec.planning import check_plan, plan_path, read_plannable
 from demospec.rules import (
@@ -22,52 +21,16 @@ from demospec.rules import (
     rules_in_unit,
 )
 from demospec.rules.influence import Quantum, scaled_answer
-from demospec.scene import Capsule, Disc, Polygon, Scene
+from demospec.testing import SYMBOLS, demonstrator_set
 
 RULES = {"careful": dict.fromkeys(SYMBOLS, 3.0), "normal": {"glass": 3.0}}
 SCALE = 0.0082
 
 
-def in_metres(data: DemonstrationSet, factor: float = SCALE) -> DemonstrationSet:
-    """The same world with metres for its unit."""
-
-    def scene(s: Scene) -> Scene:
-        items = []
-        for o in s.objects or ():
-            shape = o.outline
-            if isinstance(shape, Capsule):
-                ends = tuple(tuple(factor * np.array(e)) for e in (shape.start, shape.end))
-                shape = Capsule(*ends, factor * shape.radius)
-            elif isinstance(shape, Disc):
-                shape = Disc(tuple(factor * np.array(shape.center)), factor * shape.radius)
-            else:
-                assert isinstance(shape, Polygon)
-                shape = Polygon(factor * np.array(shape.vertices))
-            center = tuple(float(factor * c) for c in o.center)
-            items.append(replace(o, center=center, footprint=shape))
-        start, goal = (tuple(float(factor * c) for c in end) for end in (s.start, s.goal))
-        return replace(s, objects=tuple(items), start=start, goal=goal)
-
-    d = data.demonstrations
-    items = [
-        Demonstration(
-            str(d.demo_id[i]), str(d.scene_id[i]), factor * d.points(i), str(d.type[i]), None,
-            bool(d.valid[i]),
-        )
-        for i in range(len(d))
-    ]  # fmt: skip
-    return replace(
-        data,
-        units="m",
-        metres_per_unit=1.0,
-        scenes=tuple(scene(s) for s in data.scenes),
-        demonstrations=Demonstrations.of(items),
-    )
-
-
 @pytest.fixture(scope="module")
 def metres() -> DemonstrationSet:
-    return in_metres(demonstration_set(np.random.default_rng(0), RULES, 12, 6))
+    rng = np.random.default_rng(0)
+    return demonstrator_set(rng, RULES, 12, 6, scale=SCALE, units="m", metres_per_unit=1.0)
 
 
 @pytest.fixture(scope="module")
