@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from demospec.studio.drawing._scene_svg import scene_svg
+from demospec.report import scene_svg
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
