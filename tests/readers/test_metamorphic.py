@@ -16,6 +16,7 @@ from drawn_story import (
     label_studio_changes,
     other_drawing,
 )
+from listed_story import listed_changes
 from stored_story import Write as WriteSource
 from stored_story import hdf5_changes, lerobot_changes, mcap_changes
 from story import WRITERS, Source, other_data, story
@@ -128,6 +129,7 @@ DRAWN: list[tuple[str, str, Write]] = [
     )
     for what, write in found
 ]  # fmt: skip
+DRAWN += list(listed_changes())
 
 
 def drawn_outcome(folder: Path, kind: str, write: Write) -> str:
@@ -136,8 +138,12 @@ def drawn_outcome(folder: Path, kind: str, write: Write) -> str:
 
     Image.new("RGB", (WIDTH, HEIGHT)).save(folder / "table.png")
     path = write(folder)
-    how = {"objects": "objects.json", "picture": "table.png"} if kind == "coco" else {}
-    form = "tables" if kind == "coco" else kind
+    listed = path.suffix == ".csv"
+    form = "tables" if listed else kind
+    how = {}
+    if listed:
+        name = "table.json" if kind == "supervisely" else "objects.json"
+        how = {"objects": name, "picture": "table.png"}
     try:
         result = read_source(path, format=form, mapping=Mapping.model_validate(how))
     except DemospecError as error:
@@ -161,12 +167,12 @@ def run_drawn(tmp_path: Path, chosen: list[tuple[str, str, Write]]) -> dict[str,
 
 
 def test_a_sample_of_the_damage_to_drawings(tmp_path: Path) -> None:
-    counts = run_drawn(tmp_path, DRAWN[::7])
+    counts = run_drawn(tmp_path, DRAWN[:: len(DRAWN) // 60])
     assert min(counts.values()) >= 10
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", ["label-studio", "cvat", "coco"])
+@pytest.mark.parametrize("kind", list(dict.fromkeys(kind for kind, _, _ in DRAWN)))
 def test_all_the_damage_to_drawings(tmp_path: Path, kind: str) -> None:
     chosen = [c for c in DRAWN if c[0] == kind]
     assert drawn_outcome(tmp_path, *chosen[0][::2]) == "same"

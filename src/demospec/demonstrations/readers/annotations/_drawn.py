@@ -34,6 +34,8 @@ def corners(value: Any, path: Path, row: int | str, name: str, *, least: int = 1
     expected = f"at least {least} points [x, y]"
     pairs = value if isinstance(value, list) else []
     pairs = [[c.get("x"), c.get("y")] if isinstance(c, dict) else c for c in pairs]
+    if any(isinstance(v, bool) for p in pairs if isinstance(p, list) for v in p):
+        raise InputError("numbers", "a truth value", file=path, row=row, field=name)
     try:
         points = np.array(pairs, dtype=np.float64)
     except (TypeError, ValueError, OverflowError) as error:
@@ -45,6 +47,18 @@ def corners(value: Any, path: Path, row: int | str, name: str, *, least: int = 1
         expected = f"finite numbers of size at most {MAX_COORDINATE:.0e}"
         raise InputError(expected, "others", file=path, row=row, field=name)
     return points
+
+
+def word(value: Any, name: str) -> str:
+    """A class as it is written: text, or a whole number.
+
+    Raises:
+        InputError: Anything else, or nothing.
+    """
+    if isinstance(value, bool) or not isinstance(value, (str, int)) or value == "":
+        found = "nothing" if value is None or value == "" else value
+        raise InputError("a word", found, field=name)
+    return str(value)
 
 
 def picture_beside(folder: Path, name: str | None) -> Callable[[], Picture] | None:
