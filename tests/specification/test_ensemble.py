@@ -26,7 +26,7 @@ from demospec.specification import (
     predict,
     repair,
 )
-from demospec.specification.models._ensemble_fit import resampled
+from demospec.specification.models import resampled
 from demospec.testing import colour_set, with_labels
 
 pytest.importorskip("torch", reason="torch comes with demospec[vision]")

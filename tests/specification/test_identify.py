@@ -8,7 +8,7 @@ import numpy as np
 
 from demospec.demonstrations import Demonstration, Demonstrations, DemonstrationSet
 from demospec.specification import ControlPlane, identify
-from demospec.specification.evaluation._identify import acceptances, clusters, type_posterior
+from demospec.specification.evaluation import acceptances, clusters, type_posterior
 from demospec.testing import DiscModel, disc_scene
 
 MODEL = DiscModel(5.0)

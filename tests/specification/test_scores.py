@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from demospec.demonstrations import Demonstration, Demonstrations, DemonstrationSet, bezier_points
 from demospec.errors import CannotJudgeError, InputError
 from demospec.specification import evaluate, predict, wilson_interval
-from demospec.specification.evaluation._evaluate import clustered_interval, score
+from demospec.specification.evaluation import clustered_interval, score
 from demospec.testing import DiscModel, disc_scene
 
 
