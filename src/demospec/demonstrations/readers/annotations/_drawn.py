@@ -57,7 +57,7 @@ def word(value: Any, name: str) -> str:
     """
     if isinstance(value, bool) or not isinstance(value, (str, int)) or value == "":
         found = "nothing" if value is None or value == "" else value
-        raise InputError("a word", found, field=name)
+        raise InputError("a class of object", found, field=name)
     return str(value)
 
 
