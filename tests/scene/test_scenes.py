@@ -10,7 +10,6 @@ import pytest
 from demospec.errors import InputError
 from demospec.scene import (
     STATISTICS,
-    TABLE_KINDS,
     TASK_SYMBOLS,
     Placement,
     Polygon,
@@ -24,7 +23,8 @@ from demospec.scene import (
     load_catalogue,
     table_albedo,
 )
-from demospec.scene.rendering import direction
+from demospec.scene._recipe import TABLE_KINDS
+from demospec.scene.rendering._light import direction
 
 TASKS = tuple(TASK_SYMBOLS)
 

@@ -184,15 +184,15 @@ class Evidence(Document):
 class Hull(Document):
     """Least and greatest value of every parameter over all consistent rules."""
 
-    T_min: tuple[int | float, int | float]
-    radius: dict[str, tuple[int | float, int | float]]
+    T_min: tuple[int, int]
+    radius: dict[str, tuple[int, int]]
 
 
 class Optimum(Document):
     """One optimum of the paper's problem."""
 
-    T_min: int | float
-    T_object: dict[str, int | float]
+    T_min: int
+    T_object: dict[str, int]
 
 
 class InfluenceEntry(Document):

@@ -1,4 +1,4 @@
-"""One-class learning: the largest thresholds that the accepted demonstrations allow."""
+"""Nobody recorded a bad demonstration: what the good ones alone allow."""
 
 from __future__ import annotations
 

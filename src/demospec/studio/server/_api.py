@@ -176,13 +176,11 @@ def build_router(bench: Workbench) -> Any:
 
     @router.post("/undo", summary="Undo the last action made through the API")
     def post_undo() -> dict[str, Any]:
-        event = bench.undo(ACTOR)
-        return {"undone": None if event is None else event.kind}
+        return {"undone": bench.undo(ACTOR)}
 
     @router.post("/redo", summary="Redo it")
     def post_redo() -> dict[str, Any]:
-        event = bench.redo(ACTOR)
-        return {"redone": None if event is None else event.kind}
+        return {"redone": bench.redo(ACTOR)}
 
     @router.get("/understood", summary="What was understood of one type")
     def get_understood(type: str) -> dict[str, Any]:

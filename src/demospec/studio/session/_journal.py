@@ -19,10 +19,7 @@ from typing import Any
 
 from demospec.errors import InputError, OutputError
 
-ACTIONS = (
-    "add", "label", "edit", "delete", "many", "keep", "scene", "mark", "unmark", "object", "ends",
-    "scale", "rename_scene", "drop_scene",
-)  # fmt: skip
+ACTIONS = ("add", "label", "edit", "delete", "scene", "mark", "unmark")
 """What can be undone; ``undo`` and ``redo`` name one of these."""
 
 _SCHEMA = """

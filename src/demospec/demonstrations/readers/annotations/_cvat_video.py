@@ -77,10 +77,7 @@ def read_tracks(root: Any, tracks: list[Any], path: Path, source: Source) -> Non
 def _read_track(element: Any, row: int, path: Path) -> _Track | None:
     frames: list[float] = []
     shapes: list[Footprint | tuple[float, float] | None] = []
-    label = element.get("label")
-    if not label:
-        raise InputError("a label", "none", file=path, row=f"track {row}", field="label")
-    fields: dict[str, Any] = {"class": label}
+    fields: dict[str, Any] = {"class": element.get("label") or "object"}
     for item in element:
         if item.tag == "attribute":
             continue

@@ -1,4 +1,4 @@
-"""Rows with shared points, for readings that do not separate into step functions.
+"""Rows of readings that do not separate: step functions, and points that objects share.
 
 Under `max_active`, `nearest_active` and `first` the penalty of a point that two objects reach
 depends on both radii. Over a box such a point costs between two whole numbers, equal where

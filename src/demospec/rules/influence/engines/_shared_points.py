@@ -1,4 +1,4 @@
-"""Shared points: within reach of two or more objects, so of no step function of one radius."""
+"""Points that two or more objects reach, which no step function of one radius describes."""
 
 from __future__ import annotations
 

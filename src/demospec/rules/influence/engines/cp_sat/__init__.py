@@ -1,1 +1,0 @@
-"""CP-SAT encodings (extra ``cpsat``): one reified channel per point, and step functions."""
