@@ -18,8 +18,8 @@ import time
 from rules_worlds import record, world
 
 from demospec.rules import solve, threshold_grid
-from demospec.rules.influence.engines._cp_sat import both_ends
-from demospec.rules.influence.engines._cp_sat_direct import encode_direct
+from demospec.rules.influence.engines.cp_sat._direct import encode_direct
+from demospec.rules.influence.engines.cp_sat._encoding import both_ends
 
 AGAINST = [(200, 20, 2, 1000), (300, 50, 3, 800)]
 LIMITED = (500, 200, 5)

@@ -43,6 +43,7 @@ def run_tasks(
     cluster: str | None = None,
     progress: Progress = silent,
     what: str = "tasks",
+    connect_s: float = CONNECT_S,
 ) -> list[Result]:
     """``[function(task) for task in tasks]``, spread over processes or machines.
 
@@ -53,6 +54,7 @@ def run_tasks(
         cluster: Address of a Dask scheduler, such as ``tcp://10.0.0.5:8786``.
         progress: Told after every result, in the order of the tasks.
         what: Name of the stage for `progress`.
+        connect_s: How long a scheduler, and its first worker, is waited for.
 
     Raises:
         InputError: `workers` below 1, or no scheduler or worker answers at `cluster`.
@@ -61,7 +63,13 @@ def run_tasks(
     """
     return list(
         iterate_tasks(
-            function, tasks, workers=workers, cluster=cluster, progress=progress, what=what
+            function,
+            tasks,
+            workers=workers,
+            cluster=cluster,
+            progress=progress,
+            what=what,
+            connect_s=connect_s,
         )
     )
 
@@ -74,6 +82,7 @@ def iterate_tasks(
     cluster: str | None = None,
     progress: Progress = silent,
     what: str = "tasks",
+    connect_s: float = CONNECT_S,
 ) -> Iterator[Result]:
     """As `run_tasks`, one result after the other: what was given out stays done.
 
@@ -81,7 +90,8 @@ def iterate_tasks(
     """
     if workers < 1:
         raise InputError("at least 1", workers, field="workers")
-    with _executor(workers if len(tasks) > 1 or cluster else 1, cluster) as some:
+    several = workers if len(tasks) > 1 or cluster else 1
+    with _executor(several, cluster, connect_s) as some:
         for done, result in enumerate(some(function, tasks), start=1):
             progress(what, done, len(tasks))
             yield result
@@ -99,9 +109,9 @@ Runner = Callable[[Callable[[Any], Any], Sequence[Any]], Iterator[Any]]
 
 
 @contextlib.contextmanager
-def _executor(workers: int, cluster: str | None) -> Iterator[Runner]:
+def _executor(workers: int, cluster: str | None, connect_s: float) -> Iterator[Runner]:
     if cluster is not None:
-        with _client(cluster) as client:
+        with _client(cluster, connect_s) as client:
             # Every task is told to the scheduler at once: an adaptive cluster grows by its queue.
             yield lambda function, tasks: _fan_out(
                 function, tasks, {"backend": _cluster_backend(client), "n_jobs": -1}, "all"
@@ -248,7 +258,7 @@ def _cluster_backend(client: Any) -> Any:
 
 
 @contextlib.contextmanager
-def _client(address: str) -> Iterator[Any]:
+def _client(address: str, connect_s: float) -> Iterator[Any]:
     """A client of the scheduler at `address`; its tasks are dropped when the block ends."""
     try:
         import distributed
@@ -256,13 +266,13 @@ def _client(address: str) -> Iterator[Any]:
         raise MissingExtraError("dask", "distributed", "a cluster") from error
     connect: Any = distributed.Client
     try:
-        client = connect(address, timeout=CONNECT_S, set_as_default=False)
+        client = connect(address, timeout=connect_s, set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:
         expected = "the address of a running Dask scheduler"
         raise InputError(expected, address, field="cluster") from error
     try:
         try:
-            client.wait_for_workers(1, timeout=CONNECT_S)
+            client.wait_for_workers(1, timeout=connect_s)
         except TimeoutError as error:
             raise InputError("a cluster with workers", "none", field="cluster") from error
         yield client

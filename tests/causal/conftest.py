@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import numpy as np
 import pytest
 
-from demospec.demonstrations import Paths
-from demospec.frames import FloatArray
 from demospec.rules import ClearanceRule, RuleSet, TypeRules
 from demospec.scene import Disc, Scene, SceneObject
+from demospec.testing import SYMBOLS, FormulaModel
 
-SYMBOLS = ("utensil", "plate", "bowl", "glass")
 RADIUS = {"utensil": 5.0, "plate": 8.0, "bowl": 7.0, "glass": 4.0}
 CLEARANCE = 3.0
 
@@ -59,32 +57,6 @@ def truth() -> RuleSet:
             "aggressive": TypeRules(ClearanceRule({})),
         }
     )
-
-
-class FormulaView:
-    """A view whose probability is a function of (scene, paths, type)."""
-
-    def __init__(self, formula: Callable[[Scene, Paths, str], FloatArray], scene: Scene) -> None:
-        self.formula, self.scene = formula, scene
-
-    def p_valid(self, paths: Paths, type: str) -> FloatArray:
-        return self.formula(self.scene, paths, type)
-
-    def logits(self, paths: Paths, type: str) -> FloatArray:
-        p = np.clip(self.p_valid(paths, type), 1e-9, 1 - 1e-9)
-        return np.log(p / (1 - p))
-
-
-class FormulaModel:
-    """A `ValidityModel` without anything behind it."""
-
-    def __init__(
-        self, formula: Callable[[Scene, Paths, str], FloatArray], types: Sequence[str] = ("one",)
-    ) -> None:
-        self.formula, self.types = formula, tuple(types)
-
-    def see(self, scene: Scene) -> FormulaView:
-        return FormulaView(self.formula, scene)
 
 
 @pytest.fixture(scope="session")

@@ -9,8 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from demospec.causal import holm, mean_interval, sign_flip_p, smallest_p
-from demospec.causal._statistics import EXACT_SCENES
+from demospec.causal import EXACT_SCENES, holm, mean_interval, sign_flip_p, smallest_p
 
 differences = st.lists(st.floats(-1, 1).map(lambda v: round(v, 3)), min_size=1, max_size=9)
 

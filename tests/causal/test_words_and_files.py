@@ -18,12 +18,11 @@ from demospec.causal import (
     run_trials,
     write_trials,
 )
-from demospec.causal._sentences import plural
 from demospec.cli import main
 from demospec.demonstrations import simulate_set, write_set
 from demospec.errors import InputError
 from demospec.report import save_causal_picture
-from demospec.rules import read_rules
+from demospec.rules import plural, read_rules
 
 QUICK = Settings(placements=2, draws=40)
 

@@ -94,31 +94,32 @@ class Killed(BaseException):
     """What no handler of errors sees, as kill -9 would not be seen."""
 
 
-def test_a_killed_run_goes_on_where_it_was(place, tmp_path, monkeypatch):
-    import demospec.specification.evaluation._predict_parts as parts
-
+def test_a_killed_run_goes_on_where_it_was(place, tmp_path):
     model, store = str(place / "truth.json"), str(place / "set")
     whole = predict(load_model(model), read_set(place / "set"))
     judged = []
-    judge = parts._judge
 
-    def until_killed(source, rows):
-        if len(judged) == 2:
-            raise Killed
-        judged.append(rows)
-        return judge(source, rows)
+    def given_out(most):
+        def iterate(judge, tasks, **spread):
+            for done, rows in enumerate(tasks):
+                if done == most:
+                    raise Killed
+                judged.append(rows)
+                yield judge(rows)
 
-    monkeypatch.setattr(parts, "_judge", until_killed)
+        return iterate
+
+    def parts(rows, most=None):
+        kept = tmp_path / "kept"
+        return list(predict_parts(model, store, rows=rows, keep=kept, iterate=given_out(most)))
+
     with pytest.raises(Killed):
-        list(predict_parts(model, store, rows=20, keep=tmp_path / "kept"))
-    monkeypatch.setattr(
-        parts, "_judge", lambda source, rows: judged.append(rows) or judge(source, rows)
-    )
-    found = list(predict_parts(model, store, rows=20, keep=tmp_path / "kept"))
+        parts(20, most=2)
+    found = parts(20)
     assert judged == cut_rows(store, rows=20)  # none twice
     assert tuple(item for part in found for item in part.items) == whole.items
     # Another cut is another job, and so is a model that was changed since.
-    list(predict_parts(model, store, rows=30, keep=tmp_path / "kept"))
+    parts(30)
     assert judged[4:] == cut_rows(store, rows=30)
 
 

@@ -82,13 +82,12 @@ def test_a_task_that_kills_every_worker_is_named():
         run_tasks(work.die_always, range(4), workers=2)
 
 
-def test_no_workers_and_no_scheduler_are_input_errors(monkeypatch):
+def test_no_workers_and_no_scheduler_are_input_errors():
     with pytest.raises(InputError, match="at least 1"):
         run_tasks(work.where, [1], workers=0)
     pytest.importorskip("distributed")
-    monkeypatch.setattr("demospec.parallel.CONNECT_S", 0.5)
     with pytest.raises(InputError, match="running Dask scheduler"):
-        run_tasks(work.where, [1, 2], cluster="tcp://127.0.0.1:9")
+        run_tasks(work.where, [1, 2], cluster="tcp://127.0.0.1:9", connect_s=0.5)
 
 
 def test_workers_end_with_a_parent_that_was_killed(tmp_path):

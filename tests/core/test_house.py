@@ -12,7 +12,7 @@ import pytest
 
 ROOMS = (
     "scene", "demonstrations", "rules", "perception", "specification", "causal", "planning",
-    "execution", "experiments", "report", "studio", "cli",
+    "execution", "experiments", "report", "studio", "cli", "testing",
 )  # fmt: skip
 HEAVY = ("torch", "ortools", "mujoco", "nicegui", "ompl", "matplotlib", "pandas", "pyarrow")
 

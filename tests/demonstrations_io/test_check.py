@@ -9,13 +9,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from small_sets import change_line, path, rewrite_table, write_small
+from small_sets import change_line, rewrite_table
 
 from demospec.cli import main
 from demospec.demonstrations import check_set, read_set
 from demospec.demonstrations._table import from_arrow, schema
 from demospec.demonstrations.validation._faults import table_faults
 from demospec.errors import InputError
+from demospec.testing import bulged_path, write_small_set
 
 
 def kinds(root: Path) -> set[str]:
@@ -33,7 +34,7 @@ def changed(root: Path, row: int, **values: object) -> None:
 
 
 def test_a_clean_set_is_clean(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    root = write_small(tmp_path / "set", 12)
+    root = write_small_set(tmp_path / "set", 12)
     report = check_set(root)
     assert report.to_json()["kinds"] == {}
     assert report.counts["demonstrations"] == 12
@@ -48,8 +49,8 @@ def test_a_clean_set_is_clean(tmp_path: Path, capsys: pytest.CaptureFixture[str]
 @pytest.mark.parametrize(
     ("kind", "row", "values"),
     [
-        ("duplicate", 4, {"points": path(-5).tolist(), "valid": False}),
-        ("contradiction", 4, {"points": path(-5).tolist(), "valid": True}),
+        ("duplicate", 4, {"points": bulged_path(-5).tolist(), "valid": False}),
+        ("contradiction", 4, {"points": bulged_path(-5).tolist(), "valid": True}),
         ("start_mismatch", 1, {"points": [[30.0, 70.0], [90.0, 10.0]]}),
         ("goal_mismatch", 1, {"points": [[10.0, 90.0], [60.0, 40.0]]}),
         ("y_points_up", 1, {"points": [[10.0, 10.0], [90.0, 90.0]]}),
@@ -60,12 +61,12 @@ def test_a_clean_set_is_clean(tmp_path: Path, capsys: pytest.CaptureFixture[str]
             1,
             {"points": [[10.0, 90.0], [11, 89], [12, 88], [13, 87], [90.0, 10.0]]},
         ),
-        ("resting_ends", 1, {"points": [[10.0, 90.0]] * 6 + path(4).tolist()}),
+        ("resting_ends", 1, {"points": [[10.0, 90.0]] * 6 + bulged_path(4).tolist()}),
         ("time_not_increasing", 1, {"t": [0.0, 0.1, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7]}),
     ],
 )
 def test_odd_paths_are_named(tmp_path: Path, kind: str, row: int, values: dict) -> None:
-    root = write_small(tmp_path / "set", 12)
+    root = write_small_set(tmp_path / "set", 12)
     changed(root, row, **values)
     report = check_set(root)
     assert report.readable
@@ -76,7 +77,7 @@ def test_odd_paths_are_named(tmp_path: Path, kind: str, row: int, values: dict) 
 
 
 def test_odd_labels_and_scenes_are_named(tmp_path: Path) -> None:
-    root = write_small(tmp_path / "set", 12)
+    root = write_small_set(tmp_path / "set", 12)
 
     def change(items: list[dict]) -> list[dict]:
         items = [i for i in items if i["scene_id"] == "s0"]
@@ -96,7 +97,7 @@ def test_odd_labels_and_scenes_are_named(tmp_path: Path) -> None:
 
 
 def test_many_warnings_are_counted_and_some_listed(tmp_path: Path) -> None:
-    root = write_small(tmp_path / "set", 60)
+    root = write_small_set(tmp_path / "set", 60)
     rewrite_table(root, lambda items: [{**i, "points": [[1.0, 1.0], [2.0, 2.0]]} for i in items])
     report = check_set(root, rows=7)
     assert report.kinds["start_mismatch"] == 60
@@ -142,6 +143,6 @@ def test_every_fault_that_reading_meets_is_reported_and_no_other(
 
 
 def test_check_and_read_agree_on_the_examples_format(tmp_path: Path) -> None:
-    root = write_small(tmp_path / "set", pictures=False)
+    root = write_small_set(tmp_path / "set", pictures=False)
     assert check_set(root).readable
     assert len(read_set(root).demonstrations) == check_set(root).counts["demonstrations"]

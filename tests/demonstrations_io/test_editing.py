@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from small_sets import digest, small_set, write_small
+from small_sets import digest
 
 from demospec.cli import main
 from demospec.demonstrations import (
@@ -24,6 +24,7 @@ from demospec.demonstrations import (
 )
 from demospec.errors import InputError, OutputError
 from demospec.scene import Picture
+from demospec.testing import small_set, write_small_set
 
 OPERATIONS: dict[str, list[str]] = {
     "split": ["--test-share", "0.5"],
@@ -39,7 +40,7 @@ OPERATIONS: dict[str, list[str]] = {
 def test_operations_leave_the_input_alone_and_record_themselves(
     operation: str, tmp_path: Path
 ) -> None:
-    root = write_small(tmp_path / "set", 8, t=True)
+    root = write_small_set(tmp_path / "set", 8, t=True)
     (root / "truth.json").write_text('{"types": {}}')
     before = digest(root)
     out = tmp_path / "out"
@@ -61,7 +62,7 @@ def test_operations_leave_the_input_alone_and_record_themselves(
 
 
 def test_records_chain(tmp_path: Path) -> None:
-    root = write_small(tmp_path / "a")
+    root = write_small_set(tmp_path / "a")
     data = read_set(root)
     edit.write_edited(data, tmp_path / "b", operation="trim", arguments={}, inputs=[root])
     edit.write_edited(data, tmp_path / "c", operation="drop", arguments={}, inputs=[tmp_path / "b"])
@@ -123,7 +124,7 @@ def _relabelled(root: Path, *options: str) -> int:
 def test_an_audit_changes_at_most_a_fifth_of_a_type_unasked(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    root = write_small(tmp_path / "set")
+    root = write_small_set(tmp_path / "set")
     audit = _audit(tmp_path / "a.json", {"demo_id": "d0"}, {"demo_id": "d1"}, {"demo_id": "d2"})
     assert _relabelled(root, "--audit", str(audit)) == 2
     assert "20%" in capsys.readouterr().err
@@ -145,7 +146,7 @@ def test_an_audit_changes_at_most_a_fifth_of_a_type_unasked(
 def test_an_audit_of_another_set_is_refused(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], entry: dict[str, Any]
 ) -> None:
-    root = write_small(tmp_path / "set")
+    root = write_small_set(tmp_path / "set")
     audit = _audit(tmp_path / "a.json", entry)
     assert _relabelled(root, "--audit", str(audit), "--anyway") == 2
     assert "a.json" in capsys.readouterr().err
@@ -154,7 +155,7 @@ def test_an_audit_of_another_set_is_refused(
 def test_ids_need_an_audit_that_doubts_them(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    root = write_small(tmp_path / "set")
+    root = write_small_set(tmp_path / "set")
     audit = _audit(tmp_path / "a.json", {"demo_id": "d0"})
     assert _relabelled(root, "--audit", str(audit), "--ids", "d1") == 2
     assert _relabelled(root, "--ids", "d1") == 2
@@ -162,7 +163,7 @@ def test_ids_need_an_audit_that_doubts_them(
 
 
 def test_labels_from_a_table(tmp_path: Path) -> None:
-    root = write_small(tmp_path / "set")
+    root = write_small_set(tmp_path / "set")
     (tmp_path / "labels.csv").write_text("demo_id,valid\nd0,yes\nd1,\nd2,rejected\n")
     with pytest.raises(SystemExit) as stop:
         main(["edit", "relabel", str(root), "--labels", str(tmp_path / "labels.csv"),
@@ -234,7 +235,7 @@ def replace_points(part: Any, points: np.ndarray) -> Any:
 
 
 def test_the_output_may_not_be_the_input(tmp_path: Path) -> None:
-    root = write_small(tmp_path / "set")
+    root = write_small_set(tmp_path / "set")
     before = digest(root)
     for out in (root, root / "new", tmp_path):
         with pytest.raises(SystemExit) as stop:
@@ -270,9 +271,9 @@ def test_a_full_disk_leaves_what_was_there(
     n: int, replacing: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     target = tmp_path / "out"
-    data: DemonstrationSet = read_set(write_small(tmp_path / "in"))
+    data: DemonstrationSet = read_set(write_small_set(tmp_path / "in"))
     if replacing:
-        write_small(target, 3)
+        write_small_set(target, 3)
     before = {p.name for p in tmp_path.iterdir()}
     content = digest(target) if replacing else None
     fails_at(n, monkeypatch)

@@ -11,12 +11,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from small_sets import change_json, change_line, digest, rewrite_table, write_small
+from small_sets import change_json, change_line, digest, rewrite_table
 
 from demospec.cli import main
 from demospec.demonstrations import check_set, iterate_batches, read_set, write_set
 from demospec.errors import InputError
 from demospec.scene import Picture
+from demospec.testing import write_small_set
 
 Break = Callable[[Path], None]
 BREAKS: dict[str, Break] = {}
@@ -219,7 +220,7 @@ def refused(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
 def test_every_way_to_read_refuses_in_one_line(
     name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    root = write_small(tmp_path / "set")
+    root = write_small_set(tmp_path / "set")
     BREAKS[name](root)
     before = digest(root) if "device" not in name else None
     with pytest.raises(InputError) as fault:
@@ -242,7 +243,7 @@ def test_every_way_to_read_refuses_in_one_line(
 def test_a_picture_that_is_broken_inside_is_named_when_decoded_and_never_copied(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    root = write_small(tmp_path / "set")
+    root = write_small_set(tmp_path / "set")
     # Whole from its header to its end mark, but the compressed rows give out too early.
     (root / "scenes" / "s0.png").write_bytes(png(100, 100, zlib.compress(b"\0" * 1000)))
     data = read_set(root)  # reading decodes no picture
@@ -257,7 +258,7 @@ def test_a_picture_that_is_broken_inside_is_named_when_decoded_and_never_copied(
 
 def test_a_changed_byte_in_a_table_that_we_wrote_is_found(tmp_path: Path) -> None:
     root = tmp_path / "set"
-    write_set(read_set(write_small(tmp_path / "small", 40)), root)
+    write_set(read_set(write_small_set(tmp_path / "small", 40)), root)
     file = root / "demonstrations.parquet"
     import pyarrow.parquet as pq
 
@@ -303,7 +304,7 @@ def test_no_folder_no_permission_no_name(
 def test_check_reports_all_faults_as_json_and_exits_with_2(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    root = write_small(tmp_path / "set")
+    root = write_small_set(tmp_path / "set")
 
     def break_three(items: list[dict]) -> list[dict]:
         items[1]["points"][0] = [1.0]
@@ -331,7 +332,7 @@ def test_check_reports_all_faults_as_json_and_exits_with_2(
 
 
 def test_unreadable_files_are_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    root = write_small(tmp_path / "set")
+    root = write_small_set(tmp_path / "set")
     real = Path.read_bytes
 
     def no_permission(self: Path) -> bytes:

@@ -6,12 +6,13 @@ import json
 from pathlib import Path
 
 import pytest
-from small_sets import change_json, change_line, digest, small_set, write_small
+from small_sets import change_json, change_line, digest
 
 from demospec.demonstrations import check_set, iterate_batches, read_set, write_set
 from demospec.demonstrations._schema_export import schemas
 from demospec.demonstrations.readers import convert
 from demospec.files import to_json
+from demospec.testing import small_set, write_small_set
 
 DOCS = Path(__file__).parents[2] / "docs" / "schema"
 
@@ -31,7 +32,7 @@ def test_written_sets_satisfy_the_published_schemas(tmp_path: Path) -> None:
     jsonschema = pytest.importorskip("jsonschema", reason="pip install jsonschema")
     import pyarrow.parquet as pq
 
-    root = write_small(tmp_path / "set", t=True)
+    root = write_small_set(tmp_path / "set", t=True)
 
     def accepts(name: str, document: object) -> None:
         schema = json.loads((DOCS / name).read_text())
@@ -51,7 +52,7 @@ def version_0(folder: Path) -> Path:
     """A set as the draft before version 1 had it."""
     import pyarrow.parquet as pq
 
-    root = write_small(folder)
+    root = write_small_set(folder)
 
     def header(document: dict) -> None:
         for old, new in (("classes", "symbols"), ("user_types", "types")):
@@ -94,7 +95,7 @@ def test_version_0_is_read_and_converted(tmp_path: Path) -> None:
 
 
 def test_unknown_keys_are_kept(tmp_path: Path) -> None:
-    root = write_small(tmp_path / "set")
+    root = write_small_set(tmp_path / "set")
     change_json(root / "dataset.json", lambda d: d.update(camera={"height_m": 1.2}))
     change_line(root, 0, lambda d: d.update(lamp="left"))
     write_set(read_set(root), tmp_path / "copy")

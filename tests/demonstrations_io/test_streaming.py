@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from small_sets import rewrite_table, small_set, write_small
+from small_sets import rewrite_table
 
 from demospec.demonstrations import count_rows, edit, iterate_batches, read_set, write_set
 from demospec.errors import InputError
+from demospec.testing import small_set, write_small_set
 
 
 @settings(deadline=None, max_examples=15)
@@ -21,7 +22,7 @@ from demospec.errors import InputError
 def test_batches_add_up_to_the_set(
     tmp_path_factory: pytest.TempPathFactory, rows: int, n: int, t: bool
 ) -> None:
-    root = write_small(tmp_path_factory.mktemp("s") / "set", n, t=t)
+    root = write_small_set(tmp_path_factory.mktemp("s") / "set", n, t=t)
     whole = read_set(root)
     batches = list(iterate_batches(root, rows=rows))
     assert [len(b.demonstrations) for b in batches[:-1]] == [rows] * (len(batches) - 1)
@@ -36,7 +37,7 @@ def test_batches_add_up_to_the_set(
 
 
 def test_faults_far_down_name_the_row_of_the_file(tmp_path: Path) -> None:
-    root = write_small(tmp_path / "set", 10)
+    root = write_small_set(tmp_path / "set", 10)
 
     def change(items: list[dict]) -> list[dict]:
         items[7]["type"] = "reckless"
@@ -51,14 +52,14 @@ def test_faults_far_down_name_the_row_of_the_file(tmp_path: Path) -> None:
 
 
 def test_a_name_repeated_in_another_batch_is_refused(tmp_path: Path) -> None:
-    root = write_small(tmp_path / "set", 10)
+    root = write_small_set(tmp_path / "set", 10)
     rewrite_table(root, lambda items: [*items, items[1]])
     with pytest.raises(InputError, match=r"row 10, demo_id: expected each demonstration once"):
         list(iterate_batches(root, rows=4))
 
 
 def test_null_and_given_times_keep_their_rows(tmp_path: Path) -> None:
-    root = write_small(tmp_path / "set", 5, t=True)
+    root = write_small_set(tmp_path / "set", 5, t=True)
 
     def change(items: list[dict]) -> list[dict]:
         items[1]["t"] = None
@@ -124,7 +125,7 @@ def test_memory_does_not_grow_with_the_set(tmp_path: Path) -> None:
 def test_samples_are_parts_of_the_set_in_its_order(tmp_path: Path) -> None:
     from demospec.demonstrations import sample_set
 
-    root = write_small(tmp_path / "set", 60)
+    root = write_small_set(tmp_path / "set", 60)
     whole = read_set(root)
     part = sample_set(root, per_type=7, seed=1, rows=11)
     assert [list(part.demonstrations.type).count(t) for t in whole.types] == [7, 7]
@@ -142,7 +143,7 @@ def test_a_sample_from_behind_a_url_is_the_same(tmp_path: Path) -> None:
     from demospec.demonstrations import sample_set
 
     pytest.importorskip("fsspec", reason="pip install 'demospec[distributed]'")
-    root = write_small(tmp_path / "set", 60)
+    root = write_small_set(tmp_path / "set", 60)
     part = sample_set(root, per_type=7, seed=1)
     assert sample_set(f"file://{root}", per_type=7, seed=1, rows=17) == part
 
@@ -150,7 +151,7 @@ def test_a_sample_from_behind_a_url_is_the_same(tmp_path: Path) -> None:
 def test_every_demonstration_has_the_same_chance(tmp_path: Path) -> None:
     from demospec.demonstrations import sample_set
 
-    root = write_small(tmp_path / "set", 12, pictures=False)
+    root = write_small_set(tmp_path / "set", 12, pictures=False)
     count = np.zeros(12)
     for seed in range(120):
         part = sample_set(root, per_type=2, seed=seed, rows=5)
@@ -168,7 +169,7 @@ def test_commands_answer_alike_in_batches(
 
     from demospec.cli import _predict, main
 
-    root = write_small(tmp_path / "set", 11)
+    root = write_small_set(tmp_path / "set", 11)
 
     def change(items: list[dict]) -> list[dict]:
         return [{**item, "type": None} if i % 4 == 0 else item for i, item in enumerate(items)]

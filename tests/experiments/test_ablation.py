@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 from demospec.errors import InputError
-from demospec.experiments import GridSettings, grid_table, run_grid
-from demospec.experiments._cells import grid_set, rank_in_scene
+from demospec.experiments import GridSettings, grid_set, grid_table, rank_in_scene, run_grid
 
 SMALL = {"train_scenes": 2, "test_scenes": 1, "steps": 2}
 

@@ -233,7 +233,7 @@ def test_every_annotators_path_counts_and_a_thing_once(tmp_path: Path) -> None:
             annotation(way("q"), nudged, cup, number=3, completed_by=9),
         ],
     )
-    data = read_source(source, mapping=Mapping(demonstrator="annotator")).data
+    data = read_source(source).data
     assert [d.demo_id for d in data.demonstrations] == ["task-1-p", "task-1-2-p", "task-1-q"]
     assert [d.demonstrator for d in data.demonstrations] == ["a@b.c", "8", "9"]
     assert list(boxes(data.scenes[0].listed_objects())) == ["plate-0", "cup-0"]

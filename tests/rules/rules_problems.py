@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from rules_oracle import PENALTIES, READINGS, totals, unit_of
 
+from demospec import testing
 from demospec.rules import (
-    Bounds,
     RuleObject,
     RuleProblem,
     RuleScene,
@@ -25,44 +24,8 @@ def random_problem(
     flip: float | None = None,
     objects: int | None = None,
 ) -> RuleProblem:
-    """Everything drawn: 1–3 parameters, 1–2 scenes, 2-D or 3-D, whole or decimal points."""
-    rng = np.random.default_rng(seed)
-    reading = reading or str(rng.choice(READINGS))
-    penalty = penalty or str(rng.choice(PENALTIES))
-    weights = "arc" if rng.random() < 0.25 else "points"
-    thresholds = "class" if rng.random() < 0.3 else "instance"
-    count = objects or int(rng.integers(1, 4))
-    dims = 3 if rng.random() < 0.2 else 2
-    size = int(rng.integers(8, 25))
-    decimals = int(rng.choice([0, 0, 1, 3]))
-    scenes = [_scene(rng, count, dims, size, decimals)]
-    if thresholds == "class" and rng.random() < 0.5:
-        scenes.append(_scene(rng, int(rng.integers(0, 3)), dims, size, decimals))
-    top = {1: 12, 2: 7, 3: 4}[count]
-    low = int(rng.integers(0, 3))
-    bounds = Bounds((low, low + int(rng.integers(0, top + 1))), (int(rng.integers(0, 3)), top + 2))
-    paths = []
-    for _ in range(int(rng.integers(0, 7))):
-        steps = int(rng.integers(1, 9))
-        points = np.round(
-            rng.random(dims) * size + np.cumsum(rng.normal(0, 2, (steps, dims)), axis=0), decimals
-        )
-        scene = int(rng.integers(len(scenes)))
-        paths.append(RuleTrajectory(scene, bool(rng.random() < 0.5), points))
-    problem = RuleProblem(
-        tuple(scenes),
-        tuple(paths),
-        int(rng.integers(1, 40)),
-        int(rng.choice([1, 10, 1000])),
-        reading,
-        penalty,
-        weights,
-        thresholds,
-        bounds,
-    )
-    if paths and rng.random() < 0.85:
-        problem = labelled(problem, rng, rng.choice([0.0, 0.1]) if flip is None else flip)
-    return problem
+    """As `demospec.testing.random_problem`, labelled by the oracle instead of the evaluator."""
+    return testing.random_problem(seed, reading, penalty, flip, objects, labelled=labelled)
 
 
 def pixel_problem(seed: int) -> RuleProblem:
@@ -95,26 +58,6 @@ def _labelled_by_evaluator(problem: RuleProblem, rng: np.random.Generator) -> Ru
     return replace(problem, F_max=F_max, trajectories=tuple(paths))
 
 
-def document(problem: RuleProblem) -> dict[str, Any]:
-    """The problem as its JSON document."""
-    return {
-        **problem.settings(),
-        "scenes": [
-            {
-                "id": scene.id,
-                "objects": [
-                    {"id": o.id, "class": o.cls, "center": list(o.center)} for o in scene.objects
-                ],
-            }
-            for scene in problem.scenes
-        ],
-        "trajectories": [
-            {"scene": p.scene, "valid": p.valid, "points": p.points.tolist()}
-            for p in problem.trajectories
-        ],
-    }
-
-
 def labelled(problem: RuleProblem, rng: np.random.Generator, flip: float) -> RuleProblem:
     """Labels by a random truth within the bounds, and F_max that tells some apart."""
     bounds = problem.bounds
@@ -135,17 +78,3 @@ def labelled(problem: RuleProblem, rng: np.random.Generator, flip: float) -> Rul
         valid = not touched and sums[0, i] < unit * F_max
         paths.append(replace(path, valid=bool(valid) ^ bool(rng.random() < flip)))
     return replace(problem, trajectories=tuple(paths), F_max=F_max)
-
-
-def _scene(rng: np.random.Generator, count: int, dims: int, size: int, decimals: int) -> RuleScene:
-    classes = ("cup", "drill", "clamp")
-    return RuleScene(
-        tuple(
-            RuleObject(
-                f"item-{k}",
-                str(rng.choice(classes)),
-                tuple(float(c) for c in np.round(rng.random(dims) * size, decimals)),
-            )
-            for k in range(count)
-        )
-    )

@@ -6,7 +6,6 @@ import itertools
 
 import numpy as np
 import pytest
-from clearance_worlds import SYMBOLS, accepts, curves, scene
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -20,6 +19,7 @@ from demospec.rules.clearance._likelihood import (
 )
 from demospec.rules.clearance._model_selection import every_subset, nearest_of
 from demospec.rules.clearance._version_space import ClearanceSpace
+from demospec.testing import SYMBOLS, clearance_verdicts, random_paths, random_scene
 
 
 def consistent_by_hand(d, valid, subset, grid):
@@ -110,11 +110,11 @@ def world(seed: int, rule: dict[str, float], each: int, scenes: int = 20, jitter
     rng = np.random.default_rng(seed)
     near, valid = [], []
     for _ in range(scenes):
-        place, paths = scene(rng), curves(rng, each)
+        place, paths = random_scene(rng), random_paths(rng, each)
         d = nearest_approach(place, paths, SYMBOLS)
         near.append(d + jitter * rng.standard_normal(d.shape))
-        valid.append(accepts(d, rule))
-    fresh = [nearest_approach(scene(rng), curves(rng, 30), SYMBOLS) for _ in range(10)]
+        valid.append(clearance_verdicts(d, rule))
+    fresh = [nearest_approach(random_scene(rng), random_paths(rng, 30), SYMBOLS) for _ in range(10)]
     return np.concatenate(near), np.concatenate(valid), np.concatenate(fresh)
 
 
@@ -138,8 +138,10 @@ def test_finds_the_classes_and_the_clearance(rule: dict[str, float], least: floa
         for symbol, (low, high) in fit.rule.interval.items():
             assert low <= rule[symbol] <= high
             assert low <= fit.rule.value[symbol] <= high
-        scores.append(balanced(accepts(fresh, fit.rule.value), accepts(fresh, rule)))
-        agree = (fit.p_valid(fresh) > 0.5) == accepts(fresh, fit.rule.value)
+        scores.append(
+            balanced(clearance_verdicts(fresh, fit.rule.value), clearance_verdicts(fresh, rule))
+        )
+        agree = (fit.p_valid(fresh) > 0.5) == clearance_verdicts(fresh, fit.rule.value)
         assert agree.mean() > 0.98
     assert np.mean(scores) >= least
 
@@ -155,7 +157,7 @@ def test_separate_clearances_are_found_where_they_differ() -> None:
         assert low <= c <= high
         assert abs(fit.rule.value[symbol] - c) <= 0.5 * (high - low)
     shared = fit_clearance(d, valid, SYMBOLS, sharing="shared")
-    truth = accepts(fresh, rule)
+    truth = clearance_verdicts(fresh, rule)
     assert balanced(fit.p_valid(fresh) > 0.5, truth) > balanced(shared.p_valid(fresh) > 0.5, truth)
 
 
@@ -168,8 +170,8 @@ def test_wrong_labels_are_outvoted() -> None:
     assert not fit.consistent
     assert set(fit.rule.relevant) == set(CAREFUL)
     assert set(wrong) <= set(fit.contradicted)
-    truth = accepts(fresh, CAREFUL)
-    assert balanced(accepts(fresh, fit.rule.value), truth) > 0.97
+    truth = clearance_verdicts(fresh, CAREFUL)
+    assert balanced(clearance_verdicts(fresh, fit.rule.value), truth) > 0.97
 
 
 def test_noisy_positions_are_noticed_and_survived() -> None:
@@ -177,7 +179,10 @@ def test_noisy_positions_are_noticed_and_survived() -> None:
     fit = fit_clearance(d, valid, SYMBOLS)
     assert fit.position_noise > 0.5
     assert set(fit.rule.relevant) == set(CAREFUL)
-    assert balanced(accepts(fresh, fit.rule.value), accepts(fresh, CAREFUL)) > 0.95
+    assert (
+        balanced(clearance_verdicts(fresh, fit.rule.value), clearance_verdicts(fresh, CAREFUL))
+        > 0.95
+    )
 
 
 def test_probabilities_are_calibrated() -> None:
@@ -187,7 +192,7 @@ def test_probabilities_are_calibrated() -> None:
         d, valid, fresh = world(100 + seed, NORMAL, 1)
         fit = fit_clearance(d, valid, SYMBOLS)
         said.append(fit.p_valid(fresh))
-        true.append(accepts(fresh, NORMAL))
+        true.append(clearance_verdicts(fresh, NORMAL))
     p, ok = np.concatenate(said), np.concatenate(true)
     assert abs(p.mean() - ok.mean()) < 0.05
     unsure = (p > 0.2) & (p < 0.8)

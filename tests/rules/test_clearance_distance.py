@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from clearance_worlds import SYMBOLS, curves, scene
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -15,6 +14,7 @@ from demospec.errors import CannotJudgeError, InputError
 from demospec.geometry import path_distance
 from demospec.rules import ClearanceRule, RuleSet, TypeRules, nearest_approach
 from demospec.scene import Capsule, Disc, Polygon, Scene, SceneObject
+from demospec.testing import SYMBOLS, random_paths, random_scene
 
 
 def by_every_segment(place: Scene, paths: list[np.ndarray], symbols: tuple[str, ...]):
@@ -31,8 +31,8 @@ def by_every_segment(place: Scene, paths: list[np.ndarray], symbols: tuple[str, 
 @settings(deadline=None, max_examples=25)
 def test_pruning_changes_nothing(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    place = scene(rng)
-    paths = [*curves(rng, 3), rng.uniform(0, 100, (2, 2)), rng.uniform(0, 100, (1, 2))]
+    place = random_scene(rng)
+    paths = [*random_paths(rng, 3), rng.uniform(0, 100, (2, 2)), rng.uniform(0, 100, (1, 2))]
     paths.append(np.repeat(rng.uniform(0, 100, (1, 2)), 4, axis=0))  # never moves
     paths.append(rng.uniform(0, 100, (7, 2)))  # long straight legs
     paths.append(np.repeat(rng.uniform(0, 100, (9, 2)), 5, axis=0))  # and rests between them
@@ -44,7 +44,7 @@ def test_pruning_changes_nothing(seed: int) -> None:
 @settings(deadline=None, max_examples=20)
 def test_ten_thousand_points_on_the_same_lines_are_the_same_path(seed: int, factor: float) -> None:
     rng = np.random.default_rng(seed)
-    place = scene(rng)
+    place = random_scene(rng)
     place = replace(place, objects=tuple(scaled(o, factor) for o in place.objects or ()))
     path = rng.uniform(0, 100, (6, 2)) * factor
     dense = densify(path, 0.03 * factor)
@@ -66,7 +66,7 @@ def scaled(item: SceneObject, factor: float) -> SceneObject:
 
 def test_stack_and_list_agree_and_further_columns_are_ignored() -> None:
     rng = np.random.default_rng(1)
-    place, paths = scene(rng), curves(rng, 5)
+    place, paths = random_scene(rng), random_paths(rng, 5)
     stacked = nearest_approach(place, paths, SYMBOLS)
     with_height = [np.column_stack([p, np.full(len(p), 7.0)]) for p in paths]
     np.testing.assert_array_equal(stacked, nearest_approach(place, with_height, SYMBOLS))
@@ -89,7 +89,7 @@ def test_absent_classes_are_infinitely_far_and_unlisted_scenes_refused() -> None
 
 
 def test_not_a_number_is_refused() -> None:
-    place = scene(np.random.default_rng(0))
+    place = random_scene(np.random.default_rng(0))
     for paths in ([np.array([[0.0, np.nan]])], np.full((1, 3, 2), np.inf)):
         with pytest.raises(InputError, match="points"):
             nearest_approach(place, paths, SYMBOLS)
@@ -97,7 +97,7 @@ def test_not_a_number_is_refused() -> None:
 
 def test_translation_moves_nothing() -> None:
     rng = np.random.default_rng(2)
-    place, paths = scene(rng), curves(rng, 4)
+    place, paths = random_scene(rng), random_paths(rng, 4)
     moved = replace(place, objects=tuple(o.moved((13.0, -7.0)) for o in place.objects))
     there = nearest_approach(moved, paths + np.array([13.0, -7.0]), SYMBOLS)
     np.testing.assert_allclose(nearest_approach(place, paths, SYMBOLS), there, atol=1e-9)
@@ -105,7 +105,7 @@ def test_translation_moves_nothing() -> None:
 
 def test_gradients_match_finite_differences() -> None:
     rng = np.random.default_rng(3)
-    place, paths = scene(rng), curves(rng, 6)
+    place, paths = random_scene(rng), random_paths(rng, 6)
     view = RuleSet({"t": TypeRules(ClearanceRule(dict.fromkeys(SYMBOLS, 3.0)))}).see(place)
     logits, gradients = view.logits_and_gradients(paths, "t")
     np.testing.assert_array_equal(logits, view.logits(paths, "t"))

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from clearance_worlds import SYMBOLS, accepts, curves, demonstration_set, scene
 
 from demospec.rules import (
     ClearanceFit,
@@ -22,6 +21,13 @@ from demospec.rules import (
 )
 from demospec.rules.clearance._offsets import offset_labels
 from demospec.scene import Capsule, Disc, Scene, SceneObject
+from demospec.testing import (
+    SYMBOLS,
+    clearance_verdicts,
+    demonstrator_set,
+    random_paths,
+    random_scene,
+)
 
 GLASS = np.array([True])
 
@@ -46,7 +52,7 @@ DISC = at(Disc((50.0, 50.0), 4.0), (50.0, 50.0))
 def test_least_gap_to_a_class_is_the_nearest_approach() -> None:
     rng = np.random.default_rng(1)
     for _ in range(5):
-        place, paths = scene(rng), curves(rng, 8)
+        place, paths = random_scene(rng), random_paths(rng, 8)
         found = encounters(place, paths, SYMBOLS)
         least = np.full((8, 4), np.inf)
         np.minimum.at(least, (found.demo, found.column), found.gap)
@@ -58,7 +64,7 @@ def test_away_and_slope_tell_the_gap_to_a_moved_object() -> None:
     rng = np.random.default_rng(2)
     off = []
     for _ in range(8):
-        place, paths = scene(rng), curves(rng, 8)
+        place, paths = random_scene(rng), random_paths(rng, 8)
         found = encounters(place, paths, SYMBOLS)
         by = rng.normal(0, 2, (len(place.listed_objects()), 2))
         items = place.listed_objects()
@@ -137,7 +143,7 @@ def test_wrong_labels_are_as_likely_as_their_rate() -> None:
 
 def test_passes_of_some_demonstrations_are_those_of_their_paths() -> None:
     rng = np.random.default_rng(3)
-    place, paths = scene(rng), curves(rng, 6)
+    place, paths = random_scene(rng), random_paths(rng, 6)
     keep = np.array([True, False, True, True, False, True])
     part = encounters(place, paths, SYMBOLS).of_demonstrations(keep)
     alone = encounters(place, paths[keep], SYMBOLS)
@@ -150,8 +156,8 @@ def shown(seed: int, rule: dict[str, float], each: int, sd: float) -> Evidence:
     rng = np.random.default_rng(seed)
     near, valid, parts = [], [], []
     for s in range(12):
-        place, paths = scene(rng), curves(rng, each)
-        valid.append(accepts(nearest_approach(place, paths, SYMBOLS), rule))
+        place, paths = random_scene(rng), random_paths(rng, each)
+        valid.append(clearance_verdicts(nearest_approach(place, paths, SYMBOLS), rule))
         items = place.listed_objects()
         listed = replace(place, objects=tuple(o.moved(rng.normal(0, sd, 2)) for o in items))
         near.append(nearest_approach(listed, paths, SYMBOLS))
@@ -251,7 +257,7 @@ def test_one_person_alone_is_fit_clearance() -> None:
 @pytest.mark.parametrize("sharing", ["shared", "separate", "average"])
 def test_a_set_with_lists_that_are_off_is_answered(sharing: str) -> None:
     rng = np.random.default_rng(4)
-    data = demonstration_set(rng, {"careful": dict.fromkeys(SYMBOLS, 3.0), "normal": RULE}, 8, 6)
+    data = demonstrator_set(rng, {"careful": dict.fromkeys(SYMBOLS, 3.0), "normal": RULE}, 8, 6)
     off = tuple(
         replace(s, objects=tuple(o.moved(rng.normal(0, 2, 2)) for o in s.listed_objects()))
         for s in data.scenes

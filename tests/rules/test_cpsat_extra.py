@@ -10,7 +10,9 @@ from pathlib import Path
 
 import pytest
 from packaging.requirements import Requirement
-from rules_problems import document, random_problem
+from rules_problems import random_problem
+
+from demospec.testing import problem_document
 
 PYPROJECT = Path(__file__).parents[2] / "pyproject.toml"
 WITHOUT = "import sys; sys.modules['ortools'] = None; from demospec.cli import main; main({})"
@@ -25,7 +27,7 @@ def run_without_ortools(*arguments: str) -> subprocess.CompletedProcess[str]:
 @pytest.fixture
 def problem_file(tmp_path):
     file = tmp_path / "problem.json"
-    file.write_text(json.dumps(document(random_problem(1, "sum", "distance", flip=0.0))))
+    file.write_text(json.dumps(problem_document(random_problem(1, "sum", "distance", flip=0.0))))
     return file
 
 

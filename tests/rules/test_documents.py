@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from clearance_worlds import SYMBOLS, curves, demonstration_set, scene
 
 from demospec.demonstrations import ValidityModel
 from demospec.errors import CannotJudgeError, DemospecError, InputError
@@ -26,13 +25,14 @@ from demospec.rules import (
     rules_document,
     rules_from_document,
 )
-from demospec.rules.influence._rule import influence_words
+from demospec.rules.influence import influence_words
+from demospec.testing import SYMBOLS, demonstrator_set, random_paths, random_scene
 
 RULES = {"careful": dict.fromkeys(SYMBOLS, 3.0), "normal": {"glass": 3.0}, "aggressive": {}}
 
 
 def test_learn_write_read_judge(tmp_path: Path) -> None:
-    data = demonstration_set(np.random.default_rng(0), RULES, 12, 4)
+    data = demonstrator_set(np.random.default_rng(0), RULES, 12, 4)
     learnt = learn_rules(data)
     assert isinstance(learnt, ValidityModel)
     file = tmp_path / "rules.json"
@@ -40,8 +40,8 @@ def test_learn_write_read_judge(tmp_path: Path) -> None:
     again = read_rules(file)
     assert again.types == ("careful", "normal", "aggressive")
     assert rules_document(again) == json.loads(file.read_text())
-    place = scene(np.random.default_rng(9))
-    paths = curves(np.random.default_rng(9), 20)
+    place = random_scene(np.random.default_rng(9))
+    paths = random_paths(np.random.default_rng(9), 20)
     for name in RULES:
         np.testing.assert_array_equal(
             learnt.see(place).logits(paths, name), again.see(place).logits(paths, name)
@@ -133,7 +133,7 @@ def test_an_influence_rule_judges_as_the_plain_evaluator_does(
                 "bounds": {"T_min": [1, 20], "T_object": [1, 40]}}  # fmt: skip
     accepted = []
     for _ in range(3):
-        place, paths = scene(rng), list(curves(rng, 15)[:, ::5].round(2))
+        place, paths = random_scene(rng), list(random_paths(rng, 15)[:, ::5].round(2))
         radii = {s: int(rng.integers(0, 20)) for s in SYMBOLS}
         answer = {"max": {"T_min": 3, "T_object": radii}, "settings": settings}
         rules = rules_from_document({"types": {"t": {"influence": answer}}})
@@ -165,17 +165,17 @@ def test_a_sum_of_exactly_F_max_is_rejected() -> None:
 
 
 def test_instance_thresholds_do_not_judge_another_scene() -> None:
-    place = scene(np.random.default_rng(0))
+    place = random_scene(np.random.default_rng(0))
     answer = {"max": {"T_min": 1, "T_object": {"drill": 3}}, "settings": {"F_max": 60}}
     rules = rules_from_document({"types": {"t": {"influence": answer}}})
     with pytest.raises(CannotJudgeError, match="drill"):
-        rules.see(place).logits(curves(np.random.default_rng(0), 2), "t")
+        rules.see(place).logits(random_paths(np.random.default_rng(0), 2), "t")
 
 
 def test_scenes_without_lists_are_skipped_with_a_count_and_none_listed_is_refused() -> None:
     from dataclasses import replace
 
-    data = demonstration_set(np.random.default_rng(1), RULES, 6, 2)
+    data = demonstrator_set(np.random.default_rng(1), RULES, 6, 2)
     some = tuple(replace(s, objects=None) if i < 2 else s for i, s in enumerate(data.scenes))
     learnt = learn_rules(replace(data, scenes=some), influence=False)
     assert any("2 scenes do not list" in note for note in learnt.notes)
@@ -190,7 +190,7 @@ def test_labels_and_types_that_are_missing() -> None:
 
     from demospec.demonstrations import Demonstrations
 
-    data = demonstration_set(np.random.default_rng(2), {"careful": RULES["careful"]}, 6, 4)
+    data = demonstrator_set(np.random.default_rng(2), {"careful": RULES["careful"]}, 6, 4)
 
     def changed(**of) -> object:
         items = [replace(d, **{k: f(i) for k, f in of.items()}) for i, d in
@@ -213,7 +213,7 @@ def test_labels_and_types_that_are_missing() -> None:
 def test_test_scenes_are_left_out() -> None:
     from dataclasses import replace
 
-    data = demonstration_set(np.random.default_rng(3), RULES, 6, 2)
+    data = demonstrator_set(np.random.default_rng(3), RULES, 6, 2)
     scenes = tuple(replace(s, split="test") if i >= 4 else s for i, s in enumerate(data.scenes))
     data = replace(data, scenes=scenes)
     assert learn_rules(data, influence=False).rules["careful"].evidence["n"] == 8

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from clearance_worlds import SYMBOLS, demonstration_set
 from rules_problems import pixel_problem
 
 from demospec.cli import main
@@ -15,6 +14,7 @@ from demospec.demonstrations import write_set
 from demospec.errors import InputError
 from demospec.report import draw_transition
 from demospec.rules import enough_problem, enough_set, enough_words, solve
+from demospec.testing import SYMBOLS, demonstrator_set
 
 
 def test_the_last_count_and_the_last_cell_are_the_whole_answer() -> None:
@@ -43,7 +43,7 @@ def test_words_tell_narrowing_from_settled() -> None:
 
 def test_all_demonstrations_of_a_set_name_their_own_classes() -> None:
     rules = {"normal": {"glass": 3.0}}
-    data = demonstration_set(np.random.default_rng(0), rules, 10, 4)
+    data = demonstrator_set(np.random.default_rng(0), rules, 10, 4)
     entry = enough_set(data, points=3, resamples=2)["normal"]
     assert entry["counts"][-1] == 40
     assert entry["same_classes"][-1] == 1.0
@@ -51,7 +51,7 @@ def test_all_demonstrations_of_a_set_name_their_own_classes() -> None:
 
 
 def test_from_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    data = demonstration_set(
+    data = demonstrator_set(
         np.random.default_rng(1), {"careful": dict.fromkeys(SYMBOLS, 3.0)}, 6, 4
     )
     folder = write_set(data, tmp_path / "set")

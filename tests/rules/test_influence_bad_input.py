@@ -6,10 +6,11 @@ import json
 
 import numpy as np
 import pytest
-from rules_problems import document, pixel_problem
+from rules_problems import pixel_problem
 
 from demospec.errors import InputError
 from demospec.rules import problem_from_document, read_problem, solve
+from demospec.testing import problem_document
 
 
 def base(**changes):
@@ -216,6 +217,12 @@ def test_engines_refuse_what_they_cannot_do_exactly():
 
 def test_a_document_round_trips():
     problem = pixel_problem(3)
-    again = problem_from_document(json.loads(json.dumps(document(problem))))
+    again = problem_from_document(json.loads(json.dumps(problem_document(problem))))
     assert solve(again).to_json()["hull"] == solve(problem).to_json()["hull"]
     assert np.array_equal(again.trajectories[0].points, problem.trajectories[0].points)
+
+
+def test_a_problem_counts_whole_units():
+    """The settings of an answer in metres name a quantum; a problem has none."""
+    with pytest.raises(InputError, match="quantum: expected no quantum: a problem counts whole"):
+        problem_from_document(base(quantum=0.001))

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rules_problems import document, random_problem
+from rules_problems import random_problem
 
 import demospec.rules
 from demospec.cli import main
@@ -29,6 +29,7 @@ from demospec.rules.influence import (
     check_answer,
     contradicted,
 )
+from demospec.testing import problem_document
 
 
 @dataclass(frozen=True)
@@ -94,7 +95,7 @@ def test_a_tolerant_answer_must_contradict_what_it_says():
 
 def test_a_withheld_answer_is_exit_1_and_named_our_mistake(tmp_path, capsys, monkeypatch):
     file = tmp_path / "problem.json"
-    file.write_text(json.dumps(document(small())))
+    file.write_text(json.dumps(problem_document(small())))
 
     def with_a_wrong_engine(path: Path, settings: dict, **options: object):
         return answer_problem(path, settings, **{**options, "engine": Wrong("max", 0, 1)})

@@ -17,10 +17,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from rules_oracle import answer_of
-from rules_problems import document, random_problem
+from rules_problems import random_problem
 
 import demospec.rules
 from demospec.rules import Bounds, RuleObject, RuleProblem, RuleScene, RuleTrajectory
+from demospec.testing import problem_document
 
 ROOM = "demospec.rules.influence.engines"
 FOLDER = Path(demospec.rules.__file__).parent / "influence" / "engines"
@@ -48,19 +49,19 @@ MUTATIONS = [
     ("_points", "sure, maybe = level <= r_low, level <= r_high",
      "sure, maybe = level < r_low, level <= r_high", "exact"),
     ("_points", "open_ &= ~sure", "open_ &= ~maybe", "exact"),
-    ("_cp_sat_direct", "    model.add(variable <= level - 1).only_enforce_if(~literal)\n", "", "direct"),
-    ("_cp_sat_direct", "    model.add(variable >= level).only_enforce_if(literal)\n", "", "direct"),
-    ("_cp_sat_direct", "model.add(total <= limit - 1)\n        return", "model.add(total <= limit)\n        return", "direct"),
-    ("_cp_sat_direct", "model.add(total >= limit).only_enforce_if(heavy)", "model.add(total >= 0)", "direct"),
-    ("_cp_sat_direct", "    model.add(depth == 0).only_enforce_if(~literal)\n", "", "direct"),
-    ("_cp_sat_direct", "            model.add_bool_or([~inside[k], *(inside[j] for j in earlier), picked])\n",
+    ("cp_sat._direct", "    model.add(variable <= level - 1).only_enforce_if(~literal)\n", "", "direct"),
+    ("cp_sat._direct", "    model.add(variable >= level).only_enforce_if(literal)\n", "", "direct"),
+    ("cp_sat._direct", "model.add(total <= limit - 1)\n        return", "model.add(total <= limit)\n        return", "direct"),
+    ("cp_sat._direct", "model.add(total >= limit).only_enforce_if(heavy)", "model.add(total >= 0)", "direct"),
+    ("cp_sat._direct", "    model.add(depth == 0).only_enforce_if(~literal)\n", "", "direct"),
+    ("cp_sat._direct", "            model.add_bool_or([~inside[k], *(inside[j] for j in earlier), picked])\n",
      "", "direct"),
-    ("_cp_sat_steps", "            model.add(variable <= value - 1).only_enforce_if(~literal)\n", "",
+    ("cp_sat._steps", "            model.add(variable <= value - 1).only_enforce_if(~literal)\n", "",
      "step"),
-    ("_cp_sat_steps", "            model.add(variable >= value).only_enforce_if(literal)\n", "",
+    ("cp_sat._steps", "            model.add(variable >= value).only_enforce_if(literal)\n", "",
      "step"),
-    ("_cp_sat_steps", "encoding.T_min <= level - 1", "encoding.T_min <= level", "step"),
-    ("_cp_sat_steps", "low + 1 + int(step)", "low + int(step)", "step"),
+    ("cp_sat._steps", "encoding.T_min <= level - 1", "encoding.T_min <= level", "step"),
+    ("cp_sat._steps", "low + 1 + int(step)", "low + int(step)", "step"),
     ("_counting", "for s in range(length)", "for s in range(length - 1)", "search"),
     ("_arithmetic", "level, penalty = np.ceil(root)", "level, penalty = np.floor(root)", "exact"),
     ("_arithmetic", "np.floor(root * scale + 0.5)", "np.floor(root * scale)", "exact"),
@@ -89,7 +90,7 @@ class _Mutant(importlib.abc.Loader):
 class _Finder(importlib.abc.MetaPathFinder):
     def __init__(self, module: str, old: str, new: str) -> None:
         self.name = f"{ROOM}.{module}"
-        self.loader = _Mutant(FOLDER / f"{module}.py", old, new)
+        self.loader = _Mutant(FOLDER / f"{module.replace(chr(46), chr(47))}.py", old, new)
 
     def find_spec(self, name, path=None, target=None):
         if name != self.name:
@@ -148,7 +149,7 @@ def edges():
 def battery():
     """Documents of problems, with brute-force answers; short ones for CP-SAT."""
     problems = [*edges(), *(random_problem(seed) for seed in range(100))]
-    return [(p.reading, document(p), answer_of(p)) for p in problems]
+    return [(p.reading, problem_document(p), answer_of(p)) for p in problems]
 
 
 def notices(rules, battery, engine) -> bool:

@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from clearance_worlds import SYMBOLS, demonstration_set
 
 from demospec.demonstrations import DemonstrationSet
 from demospec.rules import (
@@ -19,6 +18,7 @@ from demospec.rules import (
 )
 from demospec.specification import audit_set, fit_model
 from demospec.studio.teach._summary import understand
+from demospec.testing import SYMBOLS, demonstrator_set
 
 PEOPLE = {
     "careful": dict.fromkeys(SYMBOLS, 3.0),
@@ -31,7 +31,7 @@ def world(seed: int) -> DemonstrationSet:
     """One to three types in three to six scenes; every other set has lists that are off."""
     rng = np.random.default_rng(seed)
     names = list(PEOPLE)[: 1 + seed % 3]
-    data = demonstration_set(rng, {n: PEOPLE[n] for n in names}, int(rng.integers(3, 7)), 4)
+    data = demonstrator_set(rng, {n: PEOPLE[n] for n in names}, int(rng.integers(3, 7)), 4)
     if seed % 2:
         return data
     sd = 0.5 + rng.random() * 2

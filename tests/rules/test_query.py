@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from clearance_worlds import SYMBOLS, accepts, demonstration_set, scene
 
 from demospec.errors import InputError
 from demospec.rules import (
@@ -33,6 +32,7 @@ from demospec.rules.active._candidates import (
 from demospec.rules.active._query import answer_bits
 from demospec.rules.clearance._problem import ClearanceProblem, solve_clearance
 from demospec.rules.influence.engines._step_functions import step_problem
+from demospec.testing import SYMBOLS, clearance_verdicts, demonstrator_set, random_scene
 
 
 def small(**changes: object) -> RuleProblem:
@@ -207,17 +207,19 @@ def test_bad_input(problem: RuleProblem, rate: float, says: str) -> None:
 def test_clearance_questions_narrow_the_interval() -> None:
     rule = {"glass": 3.0, "bowl": 3.0}
     rng = np.random.default_rng(2)
-    place = scene(rng, symbols=("bowl", "glass"))
+    place = random_scene(rng, symbols=("bowl", "glass"))
     first = np.linspace(place.start, place.goal, 30)
     paths = [first, np.array([place.start, (10.0, 10.0), place.goal])]
-    label = [bool(accepts(nearest_approach(place, [p], SYMBOLS), rule)[0]) for p in paths]
+    label = [
+        bool(clearance_verdicts(nearest_approach(place, [p], SYMBOLS), rule)[0]) for p in paths
+    ]
     problem = ClearanceProblem((place,), tuple(paths), (0, 0), tuple(label))
     before = next_query(problem).total
     for asked in range(14):
         query = next_query(problem, seed=asked)
         if query.status == "settled":
             break
-        ok = bool(accepts(nearest_approach(place, query.points[None], SYMBOLS), rule)[0])
+        ok = bool(clearance_verdicts(nearest_approach(place, query.points[None], SYMBOLS), rule)[0])
         problem = replace(
             problem,
             paths=(*problem.paths, query.points),
@@ -235,7 +237,7 @@ def test_clearance_questions_narrow_the_interval() -> None:
 
 def test_query_of_a_set_names_scene_and_type() -> None:
     rules = {"careful": dict.fromkeys(SYMBOLS, 3.0), "normal": {"glass": 3.0}}
-    data = demonstration_set(np.random.default_rng(0), rules, 5, 2)
+    data = demonstrator_set(np.random.default_rng(0), rules, 5, 2)
     query = query_set(data)
     assert query.status == "ask"
     assert query.scene in {s.scene_id for s in data.scenes}

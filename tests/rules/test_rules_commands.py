@@ -9,18 +9,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from clearance_worlds import SYMBOLS, demonstration_set
 
 from demospec.cli import main
 from demospec.demonstrations import DemonstrationSet, write_set
 from demospec.rules import read_rules
+from demospec.testing import SYMBOLS, demonstrator_set
 
 RULES = {"careful": dict.fromkeys(SYMBOLS, 3.0), "normal": {"glass": 3.0}, "aggressive": {}}
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    data: DemonstrationSet = demonstration_set(np.random.default_rng(0), RULES, 10, 4)
+    data: DemonstrationSet = demonstrator_set(np.random.default_rng(0), RULES, 10, 4)
     return write_set(data, tmp_path_factory.mktemp("sets") / "set")
 
 

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from clearance_worlds import demonstration_set
 
 from demospec.cli import main
 from demospec.demonstrations import DemonstrationSet, write_set
 from demospec.errors import InputError
 from demospec.rules import ANYONE, ClearanceRule, RuleSet, TypeRules, read_rules
+from demospec.testing import demonstrator_set
 
 PROBLEM = {
     "scenes": [
@@ -41,7 +41,7 @@ FAMILIES = {
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    data: DemonstrationSet = demonstration_set(
+    data: DemonstrationSet = demonstrator_set(
         np.random.default_rng(0), {ANYONE: {"glass": 3.0}}, 4, 6
     )
     return write_set(replace(data, types=(ANYONE,)), tmp_path_factory.mktemp("sets") / "set")
@@ -97,7 +97,7 @@ def test_a_command_takes_the_answer_to_one_problem(
 @pytest.fixture(scope="module")
 def of_two_types(tmp_path_factory: pytest.TempPathFactory) -> Path:
     rules = {"careful": {"glass": 3.0, "bowl": 3.0}, "normal": {"glass": 3.0}}
-    data = demonstration_set(np.random.default_rng(1), rules, 4, 6)
+    data = demonstrator_set(np.random.default_rng(1), rules, 4, 6)
     return write_set(data, tmp_path_factory.mktemp("sets") / "two")
 
 

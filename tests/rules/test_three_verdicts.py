@@ -98,3 +98,24 @@ def test_verdicts_outlive_the_file_and_reach_the_command(
     assert not stop.value.code
     document = json.loads(capsys.readouterr().out)
     assert [entry["verdict"] for entry in document["predictions"]] == said
+
+
+def test_classes_that_stand_together_are_named_together() -> None:
+    """A bowl inside the glass's footprint, always: nobody can say which of them is meant."""
+    bowl = SceneObject("bowl-0", "bowl", (50.0, 50.0), None, Disc((50.0, 50.0), 5.0))
+    scene = TABLE.with_changes(objects=(GLASS, bowl, PLATE), picture=None)
+    items = [
+        Demonstration(f"d{i}", "t", line(y), type="me", valid=ok)
+        for i, (y, ok) in enumerate(HEIGHTS.items())
+    ]
+    data = DemonstrationSet(
+        (scene,), Demonstrations.of(items), symbols=("glass", "bowl", "plate"), types=("me",)
+    )
+    sentence = learn_rules(data, influence=False).rules["me"].sentence
+    assert "glasses or bowls" in sentence or "bowls or glasses" in sentence
+    assert "not decided which" in sentence
+
+
+def test_classes_that_stand_apart_are_not() -> None:
+    sentence = learn_rules(taught(HEIGHTS), influence=False).rules["me"].sentence
+    assert "not decided which" not in sentence

@@ -35,7 +35,6 @@ from demospec.scene import (
     room_around,
     swap_object,
 )
-from demospec.scene.rendering.catalogues import _catalogue, _sweethome3d
 
 
 def a_scene(seed: int = 0, **more: int) -> Scene:
@@ -341,10 +340,8 @@ def test_a_scene_drawn_from_real_models_can_lose_an_object_where_they_are_absent
         name: replace(entry, catalogue="sweethome3d") for name, entry in scene.recipe.items.items()
     }
     foreign = replace(scene, recipe=replace(scene.recipe, items=items))
-    monkeypatch.setattr(_sweethome3d, "FOLDERS", (tmp_path,))
-    _catalogue._whole.cache_clear()
+    monkeypatch.setenv("XDG_DATA_DIRS", str(tmp_path))
     gone = remove_object(foreign, thing.id)
-    _catalogue._whole.cache_clear()
     assert thing.id not in {o.id for o in gone.listed_objects()}
     assert not np.array_equal(gone.pixels(), scene.pixels())
 

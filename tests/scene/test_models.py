@@ -11,10 +11,8 @@ import PIL.Image
 import pytest
 
 from demospec.errors import InputError, MissingPackageError
-from demospec.scene import TASK_SYMBOLS, Catalogue, load_catalogue
-from demospec.scene.rendering._sprites import SAMPLES
-from demospec.scene.rendering.catalogues import _catalogue, _sweethome3d
-from demospec.scene.rendering.catalogues._obj import read_obj
+from demospec.scene import SAMPLES, TASK_SYMBOLS, Catalogue, load_catalogue
+from demospec.scene.rendering.catalogues import read_obj
 
 OBJ = b"""mtllib thing.mtl
 v 0 0 0
@@ -94,18 +92,18 @@ def test_absent_files() -> None:
 def test_without_the_debian_package_the_message_names_it(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    monkeypatch.setattr(_sweethome3d, "FOLDERS", (tmp_path,))
-    _catalogue._whole.cache_clear()
+    monkeypatch.setenv("XDG_DATA_DIRS", str(tmp_path))
+    libraries = tmp_path / "sweethome3d-furniture"
+    libraries.mkdir()
     with pytest.raises(MissingPackageError, match="apt-get install sweethome3d-furniture"):
         load_catalogue("sweethome3d")
-    (tmp_path / "Scopia.sh3f").write_bytes(b"not a zip")
+    (libraries / "Scopia.sh3f").write_bytes(b"not a zip")
     with pytest.raises(InputError, match=r"a Sweet Home 3D library"):
         load_catalogue("sweethome3d")
-    with zipfile.ZipFile(tmp_path / "Scopia.sh3f", "w") as archive:
+    with zipfile.ZipFile(libraries / "Scopia.sh3f", "w") as archive:
         archive.writestr("readme.txt", "nothing here")
     with pytest.raises(InputError, match=r"a Sweet Home 3D library"):
         load_catalogue("sweethome3d")
-    _catalogue._whole.cache_clear()
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from demospec.studio.drawing._scene_svg import scene_svg
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -32,6 +31,7 @@ from demospec.geometry import (
     similar,
 )
 from demospec.planning import Plan, export_request, export_to, plan_path
+from demospec.report import scene_svg
 from demospec.rules import ClearanceRule, RuleSet, TypeRules
 from demospec.scene import Relation, Scene, SceneObject
 from demospec.studio.explore._answers import outline_path

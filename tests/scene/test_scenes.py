@@ -10,6 +10,7 @@ import pytest
 from demospec.errors import InputError
 from demospec.scene import (
     STATISTICS,
+    TABLE_KINDS,
     TASK_SYMBOLS,
     Placement,
     Polygon,
@@ -23,8 +24,7 @@ from demospec.scene import (
     load_catalogue,
     table_albedo,
 )
-from demospec.scene._recipe import TABLE_KINDS
-from demospec.scene.rendering._light import direction
+from demospec.scene.rendering import direction
 
 TASKS = tuple(TASK_SYMBOLS)
 

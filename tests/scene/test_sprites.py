@@ -5,12 +5,22 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from demospec.scene import Light, load_catalogue
-from demospec.scene.rendering._compose import Stamp, snap_center
-from demospec.scene.rendering._mesh import Mesh, bar, joined, lathe, mesh, slab
-from demospec.scene.rendering._outlines import outline
-from demospec.scene.rendering._sprites import SAMPLES, coverage, draw_sprite
-from demospec.scene.rendering.catalogues._items import ANGLE_STEPS
+from demospec.scene import (
+    SAMPLES,
+    Light,
+    Mesh,
+    Stamp,
+    bar,
+    coverage,
+    draw_sprite,
+    joined,
+    lathe,
+    load_catalogue,
+    outline,
+    slab,
+)
+from demospec.scene.rendering import mesh, snap_center
+from demospec.scene.rendering.catalogues import ANGLE_STEPS
 
 
 def box(x0: float, y0: float, x1: float, y1: float, top: float = 0.02) -> Mesh:

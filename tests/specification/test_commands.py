@@ -6,10 +6,10 @@ import json
 from pathlib import Path
 
 import pytest
-from colour_worlds import colour_set
 
 from demospec.cli import main
 from demospec.demonstrations import simulate_set, write_set
+from demospec.testing import colour_set
 
 
 @pytest.fixture(scope="module")
@@ -49,7 +49,7 @@ def test_fit_predict_evaluate(capsys, place, tmp_path):
         assert done["types"] == ["sided", "any"]
         answer = document(capsys, "predict", model, place / "colours")["predictions"]
         assert len(answer) == 10
-        assert set(answer[0]) == {"demo_id", "scene_id", "type", "p_valid"}
+        assert set(answer[0]) == {"demo_id", "scene_id", "type", "p_valid", "verdict"}
         scores = document(capsys, "evaluate", model, place / "colours")["types"]
         assert scores["any"]["balanced_accuracy"] is None
         assert {"n", "accuracy", "majority", "interval"} <= set(scores["sided"])

@@ -6,13 +6,13 @@ import json
 
 import numpy as np
 import pytest
-from colour_worlds import colour_set
 from test_commands import document, run
 
 from demospec.demonstrations import simulate_set, write_set
 from demospec.errors import InputError
 from demospec.specification import conformal
-from demospec.specification.evaluation._conformal import _pooled_quantile
+from demospec.specification.evaluation import pooled_quantile
+from demospec.testing import colour_set
 
 
 def test_a_new_scene_is_covered_at_the_stated_rate_however_unequal_the_scenes():
@@ -24,7 +24,7 @@ def test_a_new_scene_is_covered_at_the_stated_rate_however_unequal_the_scenes():
         groups = [
             rng.normal(rng.normal(0, 2), 1, rng.choice([1, 3, 40])) for _ in range(scenes + 1)
         ]
-        margin = _pooled_quantile(groups[:-1], alpha)
+        margin = pooled_quantile(groups[:-1], alpha)
         wrong += float((groups[-1] > margin).mean())
     # Standard error of the mean over rounds is below 0.007.
     assert wrong / rounds < alpha + 0.02
@@ -76,7 +76,7 @@ class NoTypes(Sided):
 
 
 def test_logits_that_are_all_on_the_right_side_need_no_margin():
-    assert _pooled_quantile([np.array([-1.0, -2.0])] * 9, 0.1) <= 0
+    assert pooled_quantile([np.array([-1.0, -2.0])] * 9, 0.1) <= 0
 
 
 def test_predict_says_valid_invalid_or_either(tmp_path, capsys):

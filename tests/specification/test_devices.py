@@ -38,13 +38,12 @@ def test_a_model_that_names_no_device_is_read(train, tmp_path):
 
 @pytest.mark.skipif(not torch.cuda.is_available(), reason="needs a CUDA device")
 def test_a_gpu_tunes_the_body_as_the_cpu_does(train):
-    from demospec.specification.models.perceived_rule._tune import TuneSettings, tuned_body
-
     from demospec.perception import load_network
+    from demospec.perception.training import TuneSettings, tuned_network
 
     few = TuneSettings(steps=5, batch=2, generated=20)
     here, there = (
-        tuned_body(load_network(), list(train.scenes), 1.0, seed=0, device=d, settings=few)
+        tuned_network(load_network(), list(train.scenes), 1.0, seed=0, device=d, settings=few)
         for d in ("cpu", "cuda")
     )
     for name, value in here.state_dict().items():

@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from colour_worlds import colour_set, with_labels
 
 from demospec.cli import main
 from demospec.demonstrations import (
@@ -27,7 +26,8 @@ from demospec.specification import (
     predict,
     repair,
 )
-from demospec.specification.models._ensemble_fit import resampled
+from demospec.specification.models import resampled
+from demospec.testing import colour_set, with_labels
 
 pytest.importorskip("torch", reason="torch comes with demospec[vision]")
 

@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from colour_worlds import with_labels
 
 from demospec.demonstrations import DemonstrationSet, bezier_points, simulate_set
 from demospec.errors import CannotJudgeError, InputError
 from demospec.scene import Picture
 from demospec.specification import ControlPlane, evaluate, fit_model, load_model
-from demospec.specification.models.perceived_rule._rule import is_nested_in
+from demospec.specification.models import is_nested_in
+from demospec.testing import with_labels
 
 pytest.importorskip("torch", reason="torch comes with demospec[vision]")
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from colour_worlds import DiscModel, disc_scene
 
 from demospec.demonstrations import Demonstration, Demonstrations, DemonstrationSet
 from demospec.specification import ControlPlane, identify
-from demospec.specification.evaluation._identify import acceptances, clusters, type_posterior
+from demospec.specification.evaluation import acceptances, clusters, type_posterior
+from demospec.testing import DiscModel, disc_scene
 
 MODEL = DiscModel(5.0)
 

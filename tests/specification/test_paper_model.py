@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from colour_worlds import colour_set, with_labels
 
 from demospec.demonstrations import DemonstrationSet, bezier_points, simulate_set
 from demospec.errors import InputError
 from demospec.scene import Picture
 from demospec.specification import evaluate, fit_model, load_model
+from demospec.testing import colour_set, with_labels
 
 torch = pytest.importorskip("torch", reason="torch comes with demospec[vision]")
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from colour_worlds import DiscModel, DiscView, SlopedDiscView, disc_scene
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -20,6 +19,7 @@ from demospec.specification import (
     sample_valid,
     validity_map,
 )
+from demospec.testing import DiscModel, DiscView, SlopedDiscView, disc_scene
 
 WORLD = disc_scene((50, 50, 10), (25, 60, 6))
 RULE = RuleSet({"careful": TypeRules(clearance=ClearanceRule({"glass": 5.0}))})

@@ -19,7 +19,7 @@ from demospec.specification import (
     reconstruct_scenes,
     set_of_sampled_scenes,
 )
-from demospec.specification.models.perceived_rule._model import FieldModel
+from demospec.specification.models import FieldModel
 
 
 @pytest.fixture(scope="module")

@@ -6,14 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from colour_worlds import DiscModel, disc_scene
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from demospec.demonstrations import Demonstration, Demonstrations, DemonstrationSet, bezier_points
 from demospec.errors import CannotJudgeError, InputError
 from demospec.specification import evaluate, predict, wilson_interval
-from demospec.specification.evaluation._evaluate import clustered_interval, score
+from demospec.specification.evaluation import clustered_interval, score
+from demospec.testing import DiscModel, disc_scene
 
 
 def disc_set(n: int = 20, *, types: tuple[str | None, ...] = ("careful",)) -> DemonstrationSet:

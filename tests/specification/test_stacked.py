@@ -6,17 +6,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from colour_worlds import colour_set
 
 from demospec.errors import InputError
 from demospec.specification import PaperModel, PaperSettings, fit_model, predict
-from demospec.specification.models.beta_vae._stacked import (
+from demospec.specification.models.beta_vae import (
     StackedJob,
+    TrainingData,
     bytes_of_member,
     stack_size,
     train_stacked,
+    training_data,
 )
-from demospec.specification.models.beta_vae._training_data import TrainingData, training_data
+from demospec.testing import colour_set
 
 torch = pytest.importorskip("torch", reason="torch comes with demospec[vision]")
 
@@ -26,7 +27,7 @@ TOLERANCE = 1e-5
 
 def plain_fit(data: TrainingData, settings: PaperSettings, seed: int) -> dict[str, np.ndarray]:
     """The same training written down once more, one network, no stack, nothing shared."""
-    from demospec.specification.models.beta_vae._network import Network
+    from demospec.specification.models.beta_vae import Network
 
     alpha, beta, gamma = settings.weights
     with torch.random.fork_rng(devices=[]):
@@ -132,7 +133,7 @@ def test_a_decoder_without_use_keeps_its_first_weights_beside_one_that_learns():
     for job, weights in zip(jobs, found, strict=True):
         if job.settings.ablation == "classifier":
             torch.manual_seed(job.seed)
-            from demospec.specification.models.beta_vae._network import Network
+            from demospec.specification.models.beta_vae import Network
 
             first = Network(len(job.data.types), 2).state_dict()
             for name in first:
@@ -172,8 +173,7 @@ def test_a_stack_is_no_larger_than_its_memory():
 
 
 def test_the_weights_counted_are_the_networks():
-    from demospec.specification.models.beta_vae._network import Network
-    from demospec.specification.models.beta_vae._stacked import weights_of_member
+    from demospec.specification.models.beta_vae import Network, weights_of_member
 
     for order in (2, 4):
         data = training_data(colour_set(2, 2), order=order)

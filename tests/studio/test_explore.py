@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from demospec.scene import Capsule, Disc, Footprint, Polygon, Scene, SceneObject
 from demospec.specification import ValidityMap, validity_map
 from demospec.studio.explore._answers import look, mend, outline_path, put_down, solutions
 from demospec.studio.explore._map import boundary_path, explore_map
-from demospec.studio.explore._state import Edits, Explorer, Question, path_of
+from demospec.studio.explore._state import Edits, Explorer, NoPlace, Question, path_of
 
 
 @pytest.fixture(scope="module")
@@ -45,7 +46,7 @@ def test_the_quick_map_agrees_with_the_exact_one_away_from_the_boundary(
     data, rule = made
     for scene in data.scenes[:2]:
         view = rule.see(scene)
-        quick, exact = explore_map(view, type, 21), validity_map(view, type, size=21)
+        quick, exact = explore_map(view, type, 21).accepted, validity_map(view, type, size=21)
         differs = (quick.logits >= 0) != (exact.logits > 0)
         # Half a pixel of margin: 50 points of the exact map miss more than the quick one.
         assert not differs[np.abs(exact.logits) > 0.5].any()
@@ -67,7 +68,7 @@ def test_the_drawn_region_holds_exactly_the_accepted_cells(
     made: tuple[DemonstrationSet, RuleSet],
 ) -> None:
     data, rule = made
-    found = explore_map(rule.see(data.scenes[0]), "careful", 21)
+    found = explore_map(rule.see(data.scenes[0]), "careful", 21).accepted
     d = boundary_path(found)
     assert 0 < found.valid_share < 1
     for i in range(1, 20):
@@ -98,7 +99,8 @@ def test_verdicts_are_those_of_the_rule_on_the_path(
         for said in look(explorer, asked)["verdicts"]:
             clearance = made[1].of_type(said["type"]).clearance
             assert clearance is not None
-            assert said["valid"] == bool(clearance.margins(scene, path[None])[0] >= 0)
+            kept = clearance.margins(scene, path[None])[0] >= 0
+            assert said["verdict"] == ("accept" if kept else "reject")
 
 
 def test_moving_the_offending_object_away_frees_the_path(explorer: Explorer) -> None:
@@ -131,8 +133,8 @@ def test_what_is_put_down_lowers_what_careful_accepts_and_nothing_of_aggressive(
     thing = put_down(explorer, asked, "plate")
     more = question(explorer, edits=Edits(added=((thing["symbol"], thing["x"], thing["y"]),)))
     found = look(explorer, more)
-    now = {v["type"]: v["mean_p"] for v in found["verdicts"]}
-    then = {v["type"]: v["mean_p"] for v in found["before"]["verdicts"]}
+    now = {v["type"]: v["share"] for v in found["verdicts"]}
+    then = {v["type"]: v["share"] for v in found["before"]["verdicts"]}
     assert now["careful"] < then["careful"]
     assert now["aggressive"] == then["aggressive"] == 1.0
     assert now["normal"] == then["normal"]  # a plate is no glass
@@ -175,6 +177,73 @@ def test_a_scene_without_a_picture_is_explored_from_its_list() -> None:
     assert found["scene"]["picture"] is None
     moved = Edits({"glass-0": (40.0, 90.0), "glass-1": (60.0, 90.0)})
     assert look(explorer, Question("a", "r", "t", (50.0, 50.0), moved))["why"]["valid"]
+
+
+@pytest.fixture(scope="module")
+def taught(made: tuple[DemonstrationSet, RuleSet]) -> Explorer:
+    """Rules learned from two classes only: about plates nothing was shown."""
+    from demospec.rules import learn_rules
+
+    data, _ = made
+    rules = learn_rules(data, split=None, influence=False)
+    return Explorer(data.scenes, {"rules": rules}, data.demonstrations)
+
+
+def test_three_verdicts_are_those_of_the_rule_and_of_its_map(
+    taught: Explorer, made: tuple[DemonstrationSet, RuleSet]
+) -> None:
+    rng = np.random.default_rng(1)
+    rules = taught.models["rules"]
+    said = set()
+    for scene in made[0].scenes[:2]:
+        view = rules.see(scene)
+        for kind in ("careful", "normal"):
+            found = explore_map(view, kind, 21)
+            assert 0 <= found.share <= found.share + found.unknown <= 1
+            for i, j in rng.integers(0, 21, (25, 2)):
+                control = (float(found.accepted.x[i]), float(found.accepted.y[j]))
+                asked = Question(scene.scene_id, "rules", kind, control)
+                answer = look(taught, asked, has="")
+                verdict = next(v for v in answer["verdicts"] if v["type"] == kind)["verdict"]
+                path = path_of(scene, control)
+                assert verdict == view.verdicts(path[None], kind)[0]
+                accept, reject = found.accepted.logits[j, i], -found.possible.logits[j, i]
+                if min(abs(accept), abs(reject)) > 0.5:
+                    drawn = "accept" if accept > 0 else "reject" if reject > 0 else "unknown"
+                    assert drawn == verdict
+                said.add(verdict)
+                if verdict == "unknown":
+                    assert answer["why"]["sentence"].startswith("Not known")
+    assert said == {"accept", "reject", "unknown"}
+
+
+def test_what_does_not_matter_never_decides(made: tuple[DemonstrationSet, RuleSet]) -> None:
+    """Explore named the nearest object, whether the rule speaks of it or not."""
+    data, truth = made
+    explorer = Explorer(data.scenes, {"truth": truth}, metres_per_unit=data.metres_per_unit)
+    for scene in data.scenes:
+        for kind in ("normal", "aggressive"):
+            rule = truth.of_type(kind).clearance
+            assert rule is not None
+            for control in ((50.0, 50.0), (20.0, 30.0), (80.0, 90.0)):
+                why = look(explorer, Question(scene.scene_id, "truth", kind, control))["why"]
+                assert why["symbol"] is None or why["symbol"] in rule.relevant
+                if why["symbol"] is None:
+                    assert "nothing that is listed here is known to matter" in why["sentence"]
+
+
+def test_what_has_no_place_is_known_beforehand(explorer: Explorer) -> None:
+    scene = next(iter(explorer.scenes))
+    assert explorer.fits(scene, "glass")
+    crowd = tuple(
+        SceneObject(f"plate-{i}-{j}", "plate", (float(x), float(y)), None, Disc((x, y), 9.0))
+        for i, x in enumerate(range(5, 100, 15)) for j, y in enumerate(range(5, 100, 15))
+    )  # fmt: skip
+    full = replace(explorer.scenes[scene], objects=crowd, picture=None, recipe=None)
+    packed = Explorer([full], explorer.models)
+    assert not packed.fits(scene, "plate")
+    with pytest.raises(NoPlace, match="There is no free place for another plate here"):
+        put_down(packed, Question(scene, "truth", "careful", (50.0, 50.0)), "plate")
 
 
 @pytest.mark.parametrize(

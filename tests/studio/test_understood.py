@@ -29,13 +29,10 @@ from demospec.studio.teach._state import TeachState
 from demospec.studio.teach._summary import (
     Memory,
     Understood,
-    conflicts,
-    culprits,
     how_many_more,
     question,
     understand,
 )
-from demospec.studio.teach._text import culprit_words
 
 GLASS = SceneObject("glass-0", "glass", (50.0, 50.0), None, Disc((50.0, 50.0), 6.0))
 PLATE = SceneObject("plate-0", "plate", (50.0, 20.0), None, Disc((50.0, 20.0), 5.0))
@@ -88,51 +85,6 @@ def test_scenes_of_every_split_are_learned_from() -> None:
     assert data.scenes[0].split == "test"
     assert understand(data, "me").rule is not None
     assert question(data, "me").type == "me"
-
-
-def test_a_contradiction_names_both_sides() -> None:
-    # The rejected path stays further from everything than the accepted one.
-    data = set_of([(50, 60), (50, 120), (50, 140)], [True, False, True])
-    (found,) = conflicts(data)
-    assert found.demo_id == "d1"
-    assert found.against == ("d0",)
-    fixed = replace(data, demonstrations=data.demonstrations.rows([0, 2]))
-    assert conflicts(fixed) == ()
-
-
-def test_one_wrong_acceptance_is_asked_about_once() -> None:
-    # d0 is accepted right at the glass, the four rejected ones keep further off.
-    data = set_of([(50, 50), *((50, y) for y in (56, 57, 58, 59)), (50, 140)],
-                  [True, False, False, False, False, True])  # fmt: skip
-    found = conflicts(data)
-    assert {c.demo_id for c in found} == {"d1", "d2", "d3", "d4"}
-    (together,) = culprits(found)
-    assert together[0].against == ("d0",)
-    words = culprit_words(together)
-    assert "as near as 4 rejected paths" in words
-    assert "and others" in words
-    # Two are two questions: either side may be wrong.
-    assert [len(some) for some in culprits(found[:2])] == [1, 1]
-
-
-@settings(deadline=None, max_examples=30)
-@given(st.lists(st.tuples(st.floats(-60, 160), st.booleans()), min_size=2, max_size=7))
-def test_conflicts_are_exactly_what_no_rule_explains(rows: list[tuple[float, bool]]) -> None:
-    data = set_of([(50.0, y) for y, _ in rows], [v for _, v in rows])
-    near = nearest_approach(SCENE, data.demonstrations.paths_xy(), data.symbols)
-    valid = data.demonstrations.valid == 1
-    # Independent: try every rule whose clearances are those that some path kept (or none).
-    tried = [[-np.inf, *(c for c in np.unique(near[:, k]) if c >= 0)] for k in range(near.shape[1])]
-    ids = set()
-    for row in np.flatnonzero(~valid):
-        explained = any(
-            (near[valid] >= [g, p]).all() and not (near[row] >= [g, p]).all()
-            for g in tried[0]
-            for p in tried[1]
-        )
-        if valid.any() and not explained:
-            ids.add(f"d{row}")
-    assert {c.demo_id for c in conflicts(data)} == ids
 
 
 def test_the_question_is_between_what_is_known() -> None:

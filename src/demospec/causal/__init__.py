@@ -23,10 +23,11 @@ from demospec.causal._results import (
     SymbolEffect,
     TypeEffect,
 )
-from demospec.causal._statistics import holm, mean_interval, sign_flip_p, smallest_p
+from demospec.causal._statistics import EXACT_SCENES, holm, mean_interval, sign_flip_p, smallest_p
 from demospec.causal._trials import Trial, TrialTable, to_arrow, write_trials
 
 __all__ = [
+    "EXACT_SCENES",
     "checked",
     "fits_of",
     "Agreement",

@@ -92,6 +92,16 @@ def convert(
         str | None,
         typer.Option("--quaternion", help="Order of four nameless numbers: xyzw or wxyz."),
     ] = None,
+    urdf: Annotated[
+        str | None,
+        typer.Option("--urdf", help="Joint recordings: the robot's URDF, or its name."),
+    ] = None,
+    link: Annotated[
+        str | None, typer.Option("--link", help="Joint recordings: the link whose path is read.")
+    ] = None,
+    joint_unit: Annotated[
+        str | None, typer.Option("--joint-unit", help="Unit of joints that turn: rad or deg.")
+    ] = None,
     header_row: Annotated[
         str | None,
         typer.Option("--header-row", help="Line of a text table that names the columns; none."),
@@ -140,6 +150,11 @@ def convert(
         if metres_per_unit is not None:
             raise InputError("one scale", "--metres-per-unit too", field="--ruler")
         metres_per_unit = measured(ruler)
+    robot = None
+    if urdf is not None or link is not None or joint_unit is not None:
+        given = mapping.model_dump(exclude_unset=True).get("robot") or {}
+        said = {"urdf": urdf, "link": link, "unit": joint_unit}
+        robot = {**given, **{k: v for k, v in said.items() if v is not None}}
     projection = None
     if plane is not None:
         given = mapping.model_dump(exclude_unset=True).get("projection") or {}
@@ -152,7 +167,8 @@ def convert(
             "objects": objects, "units": units, "metres_per_unit": metres_per_unit,
             "demonstration": demonstration, "labels": labels, "every": every,
             "drop_missing": drop_missing or None, "time": time, "time_unit": time_unit,
-            "projection": projection, "quaternion": quaternion, "header_row": header,
+            "projection": projection, "robot": robot, "quaternion": quaternion,
+            "header_row": header,
             "skip_rows": skip_rows, "decimal": decimal, "encoding": encoding,
             "include": include or None, "exclude": exclude or None,
         },

@@ -27,6 +27,7 @@ SERVES: dict[str, tuple[tuple[str, ...], str]] = {
     "hdf5": (("h5py",), "convert of HDF5 files"),
     "video": (("av",), "convert of LeRobot sets with video"),
     "distributed": (("dask", "distributed"), "--cluster"),
+    "testing": (("hypothesis",), "demospec.testing.strategies"),
 }
 """Extra → the packages that it brings, by import name (by its own name where it has no module),
 and what needs them."""

@@ -57,8 +57,8 @@ def rules(
         bool, typer.Option(help="Learn the influence rule of the paper too (SET).")
     ] = True,
     f_max: Annotated[
-        int | None,
-        typer.Option("--f-max", min=1, help="Influence: F_max; for problems, in place of theirs."),
+        float | None,
+        typer.Option("--f-max", help="Influence: F_max; for problems, in place of theirs."),
     ] = None,
     reading: Annotated[
         str | None,
@@ -110,6 +110,8 @@ def rules(
     _one_of("--preset", preset, (None, "physical"))
     readings = ("sum", "nearest", "nearest_active", "max_active", "first")
     _one_of("--reading", reading, (None, *readings))
+    if f_max is not None and not f_max > 0:
+        raise InputError("a number > 0", f_max, field="--f-max")
     settings: dict[str, Any] = {"preset": preset, "reading": reading, "F_max": f_max}
     settings = {key: value for key, value in settings.items() if value is not None}
     if enough and (workers > 1 or cluster is not None):

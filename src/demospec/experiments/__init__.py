@@ -9,7 +9,7 @@ from demospec.experiments._stages import RunRecord, Stage, code_key, run_stages
 
 if TYPE_CHECKING:
     from demospec.experiments._ablation import run_grid
-    from demospec.experiments._cells import GridSettings
+    from demospec.experiments._cells import GridSettings, grid_set, rank_in_scene
     from demospec.experiments._grid_table import grid_table
     from demospec.experiments._split import PicturesOnly, hold_out, without_objects
     from demospec.experiments._studies import accuracy_study, plan_study, repair_study
@@ -21,9 +21,11 @@ __all__ = [
     "Stage",
     "accuracy_study",
     "code_key",
+    "grid_set",
     "grid_table",
     "hold_out",
     "plan_study",
+    "rank_in_scene",
     "repair_study",
     "run_grid",
     "run_stages",
@@ -34,9 +36,11 @@ _HOME = {
     "GridSettings": "_cells",
     "PicturesOnly": "_split",
     "accuracy_study": "_studies",
+    "grid_set": "_cells",
     "grid_table": "_grid_table",
     "hold_out": "_split",
     "plan_study": "_studies",
+    "rank_in_scene": "_cells",
     "repair_study": "_studies",
     "run_grid": "_ablation",
     "without_objects": "_split",

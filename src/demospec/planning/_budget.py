@@ -29,7 +29,8 @@ def plan_within_budget(
     assert constraint.soft is not None
     assert constraint.limit is not None
     found = plan_on_grid(replace(cost_map, zones=constraint.zones), start, goal)
-    options = [] if found is None else [evenly(found)]
+    apart = constraint.limit.spacing
+    options = [] if found is None else [evenly(found, apart)]
     if options and not constraint.limit.monotone:
         return options[0]  # only staying out of every disc obeys whatever the radii are
     extent = max(cost_map.bounds[2] - cost_map.bounds[0], cost_map.bounds[3] - cost_map.bounds[1])
@@ -39,7 +40,7 @@ def plan_within_budget(
         priced = replace(grid, weight=weight)
         raw = cheapest(priced, blocked, start, goal, priced.array)
         if raw is not None:
-            options += [evenly(_cheaper(priced, raw)), evenly(raw)]
+            options += [evenly(_cheaper(priced, raw), apart), evenly(raw, apart)]
     # Judging is the slow part: shortest first, and the first that is kept is the answer.
     return next((p for p in sorted(options, key=_length) if constraint.check(p).obeys), None)
 

@@ -117,14 +117,14 @@ def constraint_of(
             unknown=unknown,
             decided=explained and (bool(rule.clearance.value) or not learned),
         )
-    if rule.influence is None:
+    if rule.influence_rule is None:
         raise InputError("a rule to plan with", "none", field=f"types.{of}")
-    limit = influence_limit(rule.influence, scene, envelope, symbols=symbols)
+    limit = influence_limit(rule.influence_rule, scene, envelope, symbols=symbols)
     named = {o.id for o in limit.objects}
     asked = symbols or {o.symbol for o in listed}
     silent = tuple(o.id for o in listed if o.id not in named and o.symbol in asked)
     zones = limit.zones()
-    if not limit.settings:
+    if limit.rule.settings is None:
         return Constraint(scene, zones, uninformed=silent)
     return Constraint(scene, zones, limit.soft_zones(), limit, uninformed=silent)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -94,7 +94,7 @@ def check_plan(
     type: str | None = None,
     envelope: Envelope = "value",
     *,
-    spacing: float | None = None,
+    spacing: float | Literal["rule"] | None = None,
 ) -> PlanCheck:
     """Does a path keep the rule of one type?
 
@@ -108,7 +108,8 @@ def check_plan(
         type: Whose rule; may be left out where there is only one.
         envelope: Judge by the point answer (default) or by an end of the envelope.
         spacing: For influence rules, whose sum grows with the number of points: judge points
-            this far apart on the path instead of its own (plans have them one unit apart).
+            this far apart on the path instead of its own; ``rule``: as far apart as plans have
+            them (one pixel, or ten quanta of the rule).
 
     Raises:
         InputError: Unknown type, points that are none.
@@ -117,7 +118,7 @@ def check_plan(
     constraint = constraint_of(rules, scene, type, envelope)
     path = checked_points(points)[:, :2]
     if constraint.limit is not None and spacing is not None:
-        path = evenly(path, spacing)
+        path = evenly(path, constraint.limit.spacing if spacing == "rule" else spacing)
     return constraint.check(path)
 
 

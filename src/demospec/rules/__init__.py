@@ -31,11 +31,12 @@ if TYPE_CHECKING:
     from demospec.rules._units import rules_in_unit
     from demospec.rules._verdicts import Known, known_of, refuse_unexplained
     from demospec.rules.active._of_set import query_set
-    from demospec.rules.active._query import Query, next_query, query_file
+    from demospec.rules.active._query import next_query, query_file
+    from demospec.rules.active._result import Query
     from demospec.rules.clearance._encounters import Encounters, Passes, encounters, passes
     from demospec.rules.clearance._fit import ClearanceFit, fit_document
     from demospec.rules.constraints._point_features import PointFeature, register_feature
-    from demospec.rules.influence._answer import InfluenceAnswer, describe_influence
+    from demospec.rules.influence._answer import InfluenceAnswer
     from demospec.rules.influence._conflict import minimal_conflict
     from demospec.rules.influence._consistent_sets import ConsistentSets, consistent_sets
     from demospec.rules.influence._evaluate import evaluate_rule
@@ -48,6 +49,8 @@ if TYPE_CHECKING:
     from demospec.rules.influence._one_class import PositiveAnswer, solve_positive
     from demospec.rules.influence._problem import (
         Bounds,
+        Penalty,
+        Reading,
         RuleObject,
         RuleProblem,
         RuleScene,
@@ -55,6 +58,8 @@ if TYPE_CHECKING:
         problem_from_document,
         read_problem,
     )
+    from demospec.rules.influence._rule import InfluenceRule, Thresholds
+    from demospec.rules.influence._sentences import describe_influence
     from demospec.rules.influence._solve import solve
     from demospec.rules.influence.engines._unknown_f_max import FmaxAnswer, identify_F_max
 
@@ -87,6 +92,8 @@ __all__ = [
     "evaluate_rule",
     "describe_influence",
     "InfluenceAnswer",
+    "InfluenceRule",
+    "Thresholds",
     "solve",
     "problem_from_document",
     "read_problem",
@@ -94,6 +101,8 @@ __all__ = [
     "RuleTrajectory",
     "RuleObject",
     "RuleScene",
+    "Penalty",
+    "Reading",
     "RuleProblem",
     "clearance_words",
     "ClearanceFit",
@@ -131,7 +140,7 @@ __all__ = [
 ]
 
 _HOME = {
-    "Query": "active._query",
+    "Query": "active._result",
     "next_query": "active._query",
     "query_file": "active._query",
     "query_set": "active._of_set",
@@ -154,8 +163,10 @@ _HOME = {
     "enough_set": "_learning_curve",
     "enough_words": "_learning_curve",
     "evaluate_rule": "influence._evaluate",
-    "describe_influence": "influence._answer",
+    "describe_influence": "influence._sentences",
     "InfluenceAnswer": "influence._answer",
+    "InfluenceRule": "influence._rule",
+    "Thresholds": "influence._rule",
     "solve": "influence._solve",
     "problem_from_document": "influence._problem",
     "read_problem": "influence._problem",
@@ -163,6 +174,8 @@ _HOME = {
     "RuleTrajectory": "influence._problem",
     "RuleObject": "influence._problem",
     "RuleScene": "influence._problem",
+    "Penalty": "influence._problem",
+    "Reading": "influence._problem",
     "RuleProblem": "influence._problem",
     "Passes": "clearance._encounters",
     "passes": "clearance._encounters",

@@ -101,8 +101,8 @@ def _clearance(document: dict[str, Any]) -> ProblemAnswer:
 
 
 def _influence(document: dict[str, Any], options: Mapping[str, Any]) -> ProblemAnswer:
-    from demospec.rules.influence._answer import describe_influence
     from demospec.rules.influence._problem import problem_from_document
+    from demospec.rules.influence._sentences import describe_influence
     from demospec.rules.influence._solve import solve
 
     problem = problem_from_document(document)

@@ -130,9 +130,9 @@ def _type_rules(entry: Mapping[str, Any], at: str) -> TypeRules:
     if influence is not None:
         influence = _mapping(influence, f"{at}.influence")
         if clearance is None:
-            from demospec.rules.influence._rule import check_influence
+            from demospec.rules.influence._rule import InfluenceRule
 
-            check_influence(influence, f"{at}.influence")
+            InfluenceRule.of(influence, f"{at}.influence").judging(f"{at}.influence")
     rule = None if clearance is None else _clearance(_mapping(clearance, f"{at}.clearance"), at)
     fitted = None if entry.get("fit") is None else fit_from_json(entry["fit"], f"{at}.fit")
     return TypeRules(rule, influence, sentence, evidence, fitted)

@@ -22,10 +22,8 @@ from demospec.rules.clearance._encounters import passes
 from demospec.rules.clearance._fit import ClearanceFit, fit_document
 from demospec.rules.clearance._measure import Distance, nearest_approach
 from demospec.rules.clearance._posterior import Sharing
-from demospec.rules.influence._rule import influence_answer, influence_words
-
-F_MAX = 60
-"""Bound on the summed penalty where nobody gives one, as in a problem file."""
+from demospec.rules.influence._of_set import influence_answer
+from demospec.rules.influence._sentences import influence_words
 
 
 def learn_rules(
@@ -104,9 +102,10 @@ def _type_rules(
         evidence["decided"] = decided_by(fit.rule.value, own.names, own.values, valid)
     answer = None
     if influence:
-        chosen = {"F_max": F_MAX, **settings}
-        answer, reason = influence_answer(data, own.rows, valid, chosen)
-        words = "" if answer is None else influence_words(answer, data.metres_per_unit)
+        answer, reason = influence_answer(data, own.rows, valid, settings)
+        words = ""
+        if answer is not None:
+            words = influence_words(answer, data.metres_per_unit, data.units)
         evidence["influence"] = words or reason
     tested = goodness_of(data, own, fit)
     return TypeRules(fit.rule, answer, type_sentence(data, fit, own, tested), evidence, tested)
@@ -128,10 +127,29 @@ def type_sentence(
         distance=fit.rule.distance,
         interval=fit.rule.interval,
         undecided=fit.undecided,
+        instead=_confounded(fit),
     )
     if not valid.any():
         return f"{text}; no demonstration was accepted, so that larger distances are not ruled out"
     return text if tested is None else with_doubt(text, tested)
+
+
+_RIVAL = 0.25
+"""Share of the best set's probability from which a set that exchanges one class is its rival."""
+
+
+def _confounded(fit: ClearanceFit) -> dict[str, list[str]]:
+    """Class that the rule names → classes that may be meant in its stead: things that always
+    stand together cannot be told apart."""
+    named = frozenset(fit.rule.relevant)
+    mass = {frozenset(classes): share for classes, share in fit.subsets}
+    best = mass.get(named, 0.0)
+    out: dict[str, list[str]] = {}
+    for classes, share in mass.items():
+        gone, come = named - classes, classes - named
+        if len(gone) == len(come) == 1 and share >= _RIVAL * best > 0:
+            out.setdefault(next(iter(gone)), []).append(next(iter(come)))
+    return {symbol: sorted(rivals) for symbol, rivals in out.items()}
 
 
 def _positive_only(fit: ClearanceFit, scale: float | None, units: str, unit: float) -> str:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,6 +17,9 @@ from demospec.rules._goodness import Fit
 from demospec.rules._verdicts import known_of, verdicts
 from demospec.rules.clearance._measure import Distance, nearest_approach, polylines, shape_of
 from demospec.scene import Footprint, Scene
+
+if TYPE_CHECKING:
+    from demospec.rules.influence._rule import InfluenceRule
 
 ANYONE = "anyone"
 """Name of the one type where none is named: of a set in which no demonstration has a type, and of
@@ -71,7 +75,7 @@ class ClearanceRule:
         """
         stack = np.asarray(paths, dtype=np.float64)
         flat = polylines(stack)
-        nudge = 2e-5 * scene.length_scale
+        nudge = 1e-6 * scene.length_scale
         margin = np.full(len(flat), np.inf)
         first = np.zeros(len(flat), dtype=np.int64)
         along = np.zeros(len(flat))
@@ -119,7 +123,8 @@ class TypeRules:
 
     Args:
         clearance: The clearance rule, or None where it cannot be learned or is not given.
-        influence: The influence answer (JSON document) for the same type, or None.
+        influence: The influence answer (JSON document) for the same type, or None; lengths in
+            set units. `influence_rule` is what it says.
         sentence: Both in plain words.
         evidence: Further fields of the JSON document: counts, probabilities, contradictions.
         fit: How well the rule fits the labels that it was learned from; None where it was not
@@ -131,6 +136,15 @@ class TypeRules:
     sentence: str = ""
     evidence: Mapping[str, Any] = field(default_factory=dict)
     fit: Fit | None = None
+
+    @cached_property
+    def influence_rule(self) -> InfluenceRule | None:
+        """The influence answer as a rule, read once; InputError where it is none."""
+        if self.influence is None:
+            return None
+        from demospec.rules.influence._rule import InfluenceRule
+
+        return InfluenceRule.of(self.influence)
 
 
 @dataclass(frozen=True)
@@ -197,10 +211,8 @@ class RuleView:
         rules = self.model.of_type(type)
         if rules.clearance is not None:
             return _as_logit(rules.clearance.margins(self.scene, paths))
-        if rules.influence is not None:
-            from demospec.rules.influence._rule import influence_margins
-
-            return _as_logit(influence_margins(rules.influence, self.scene, paths))
+        if rules.influence_rule is not None:
+            return _as_logit(rules.influence_rule.margins(self.scene, paths))
         raise InputError("a rule to judge by", "none", field=f"types.{type}")
 
     def p_valid(self, paths: Paths, type: str) -> FloatArray:

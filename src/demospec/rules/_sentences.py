@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 
 from demospec.frames import describe_length
@@ -38,6 +37,7 @@ def clearance_words(
     distance: str = "footprint",
     interval: Mapping[str, tuple[float, float]] | None = None,
     undecided: Sequence[str] = (),
+    instead: Mapping[str, Sequence[str]] | None = None,
 ) -> str:
     """``keeps about 4.1 cm (3.9 to 4.3) from glasses; of what is listed, nothing else is needed``.
 
@@ -48,17 +48,22 @@ def clearance_words(
         interval: Class → ends of its clearance, where they are known.
         undecided: Classes that some rules consistent with all demonstrations need and others
             leave out.
+        instead: Class that matters → classes that explain the answers about as well in its stead.
     """
+    other = instead or {}
     where = "the centre of " if distance == "center" else ""
     parts = []
-    for members in _alike(value):
-        c = value[members[0]]
+    for c in dict.fromkeys(value.values()):
+        members = [s for s, kept in value.items() if kept == c]
         ends = _common([interval[s] for s in members if s in interval]) if interval else None
         length = describe_length(c, metres_per_unit, units, interval=ends)
         about = "about " if ends is None or ends[0] < ends[1] else ""
-        parts.append(f"{about}{length} from {where}{listed([plural(s) for s in members])}")
+        parts.append(f"{about}{length} from {where}{listed([_or(s, other) for s in members])}")
     text = f"keeps {listed(parts)}" if parts else "keeps no distance from what is listed"
-    others = [s for s in symbols if s not in value]
+    rivals = {s for names in other.values() for s in names}
+    if rivals:
+        text += " (not decided which: show a path near one of them alone)"
+    others = [s for s in symbols if s not in value and s not in rivals]
     open_ = [s for s in others if s in undecided and s not in uninformed]
     unknown = [s for s in others if s in uninformed]
     settled = [s for s in others if s not in open_ and s not in unknown]
@@ -71,17 +76,9 @@ def clearance_words(
     return text
 
 
-def _alike(value: Mapping[str, float]) -> list[list[str]]:
-    """Classes in groups of one clearance each; what differs by rounding only is one clearance."""
-    groups: list[list[str]] = []
-    for symbol, c in value.items():
-        for group in groups:
-            if math.isclose(c, value[group[0]], rel_tol=1e-9):
-                group.append(symbol)
-                break
-        else:
-            groups.append([symbol])
-    return groups
+def _or(symbol: str, instead: Mapping[str, Sequence[str]]) -> str:
+    """``glasses``, or ``glasses or bowls`` where either explains the answers."""
+    return listed([plural(s) for s in (symbol, *instead.get(symbol, ()))], "or")
 
 
 def _common(ends: Sequence[tuple[float, float]]) -> tuple[float, float] | None:

@@ -48,12 +48,11 @@ def rules_in_unit(rules: RuleSet, units: str, metres_per_unit: float | None) -> 
 
 
 def _scaled(rule: TypeRules, factor: float) -> TypeRules:
-    if rule.influence is not None and rule.clearance is None:
-        raise InputError(
-            "a rule of the set's own scale (an influence rule counts whole units)",
-            f"one {factor:g} times as large",
-            field="units",
-        )
+    influence = rule.influence
+    if influence is not None:
+        from demospec.rules.influence._rule import scaled_answer
+
+        influence = scaled_answer(influence, factor)
     clearance = None
     if rule.clearance is not None:
         c = rule.clearance
@@ -67,7 +66,7 @@ def _scaled(rule: TypeRules, factor: float) -> TypeRules:
     for name in ("at_most", "decided"):
         if isinstance(evidence.get(name), Mapping):
             evidence[name] = {s: _times(v, factor) for s, v in evidence[name].items()}
-    return replace(rule, clearance=clearance, influence=None, evidence=evidence)
+    return replace(rule, clearance=clearance, influence=influence, evidence=evidence)
 
 
 def _times(value: Any, factor: float) -> Any:

@@ -12,7 +12,13 @@ from demospec._lazy import names_of
 if TYPE_CHECKING:
     from demospec.geometry import Capsule, Disc, Footprint, MultiPolygon, Polygon, rectangle
     from demospec.scene._picture import Image, Picture
-    from demospec.scene._recipe import CatalogueEntry, Light, SceneRecipe, TableTop
+    from demospec.scene._recipe import (
+        TABLE_KINDS,
+        CatalogueEntry,
+        Light,
+        SceneRecipe,
+        TableTop,
+    )
     from demospec.scene._scene import Relation, Scene, SceneObject
     from demospec.scene._upright import upright
     from demospec.scene.editing._cut_outs import CutOut, cut_out
@@ -37,6 +43,7 @@ if TYPE_CHECKING:
 __all__ = [
     "SAMPLES",
     "STATISTICS",
+    "TABLE_KINDS",
     "TASK_SYMBOLS",
     "Capsule",
     "Catalogue",
@@ -112,6 +119,7 @@ _HOME = {
     "Polygon": "demospec.geometry",
     "Relation": "_scene",
     "SAMPLES": "rendering._sprites",
+    "TABLE_KINDS": "_recipe",
     "STATISTICS": "rendering._draw_scene",
     "Scene": "_scene",
     "SceneObject": "_scene",

@@ -34,6 +34,9 @@ TIMES = {
 }  # fmt: skip
 """Words for the units of time that are read."""
 
+_SUFFIXES = ("px", "m", "cm", "mm", "in", "inch", "ft", "um", "km")
+"""Units of length that may end a name: ``x_mm``."""
+
 _ANGLES = {"deg": "deg", "degree": "deg", "degrees": "deg", "°": "deg", "rad": "rad",
            "radian": "rad", "radians": "rad"}  # fmt: skip
 
@@ -186,7 +189,7 @@ def _orientation(written: str, words: tuple[str, ...], unit: str | None) -> Colu
 
 
 def _position(written: str, words: tuple[str, ...], unit: str | None) -> ColumnName | None:
-    if len(words) > 1 and words[-1] in ("px", "m", "cm", "mm") and unit is None:
+    if len(words) > 1 and words[-1] in _SUFFIXES and unit is None:
         inner = _axis(words[:-1], "xyz")
         if inner is not None:
             words, unit = words[:-1], words[-1]

@@ -109,7 +109,12 @@ def _read_source(
         found = _read(kind, path, how, progress, Pictures(picture_folder), left_out)
         if labels is not None:
             add_labels(found, labels, root)
-        data, reading = assemble(found, how, root=root, objects=objects, pictures=pictures)
+        used = how
+        if how.robot is not None:
+            from demospec.demonstrations.readers.joints._forward import with_forward_kinematics
+
+            used = with_forward_kinematics(found, how, root)
+        data, reading = assemble(found, used, root=root, objects=objects, pictures=pictures)
         notes = found.notes
     provenance = _provenance(path, kind, how, notes)
     if reading is not None:

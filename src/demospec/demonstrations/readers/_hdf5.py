@@ -20,9 +20,11 @@ from typing import Any
 import numpy as np
 
 from demospec.demonstrations._trajectory import MAX_POINTS
+from demospec.demonstrations.readers._column_names import column_name
 from demospec.demonstrations.readers._mapping import Mapping
 from demospec.demonstrations.readers._recording import (
     MAX_NUMBERS,
+    Clock,
     Pictures,
     RawScene,
     Recording,
@@ -40,6 +42,10 @@ from demospec.scene import Picture
 _PATHS = (
     "obs/robot0_eef_pos", "obs/eef_pos", "obs/ee_pos", "obs/ee_states", "observations/eef_pos",
     "observations/ee_pos", "eef_pos", "points", "path", "positions",
+)  # fmt: skip
+_JOINTS = (
+    "obs/robot0_joint_pos", "observations/qpos", "observation/robot_state/joint_positions",
+    "obs/joint_pos", "joint_positions", "qpos", "joints",
 )  # fmt: skip
 _TIMES = ("t", "time", "timestamp", "timestamps", "obs/t", "obs/time")
 _JPEG = b"\xff\xd8\xff"
@@ -207,9 +213,13 @@ def _path_key(group: Any, path: Path, mapping: Mapping) -> str:
             raise InputError(f"a dataset {mapping.path}", ", ".join(known) or "none", file=path,
                              row=group.name, field="path")  # fmt: skip
         return mapping.path
-    for name in _PATHS:
-        if name in known:
-            return name
+    usual = [name for name in (_PATHS if mapping.robot is None else _JOINTS) if name in known]
+    narrow = [name for name in usual if _item(group, name).shape[1:] in ((2,), (3,))]
+    if mapping.robot is None and len(narrow) > 1:
+        raise InputError("one dataset for the path; say which: --path NAME", ", ".join(narrow),
+                         file=path, row=group.name, field="path")  # fmt: skip
+    if usual:
+        return usual[0] if mapping.robot is not None else (narrow or usual)[0]
     raise InputError("a dataset for the path; say which: --path NAME", ", ".join(known) or "none",
                      file=path, row=group.name, field="path")  # fmt: skip
 
@@ -232,16 +242,21 @@ def _recording(group: Any, name: str, key: str, path: Path) -> Recording:
     fields: dict[str, Any] = {}
     for attribute in group.attrs:
         fields[attribute] = _attribute(group.attrs, attribute)
-    t = None
+    t, clock = None, None
+    steps = [(n,) for n in (len(points), len(points) - 1)]  # flags may have one less: one a step
     for other in _arrays(group):
         item = _item(group, other)
         if other == key or item.dtype.kind not in "biuf":
             continue
-        if item.shape == (len(points),) or item.shape == (len(points), 1):
+        if item.shape in steps or (
+            item.ndim == 2 and item.shape[1] == 1 and item.shape[:1] in steps
+        ):
             values = _load(item, path, name, other).reshape(-1)
             fields[other] = values
-            if other in _TIMES and t is None and values.dtype.kind in "iuf":
-                t = values.astype(np.float64)
+            whole = len(values) == len(points) and values.dtype.kind in "iuf"
+            said = column_name(other.rsplit("/", 1)[-1])
+            if whole and t is None and (other in _TIMES or said.quantity == "time"):
+                t, clock = values.astype(np.float64), Clock(other, said.unit)
         elif item.size == 1:
             fields[other] = _load(item, path, name, other).reshape(-1)[0].item()
     columns = tuple(str(i) for i in range(points.shape[1]))
@@ -251,7 +266,7 @@ def _recording(group: Any, name: str, key: str, path: Path) -> Recording:
         if quaternion.shape == (len(points), 4):  # robosuite's order: x, y, z, w
             points = np.concatenate([points, quaternion], axis=1)
             columns = ("x", "y", "z", "qx", "qy", "qz", "qw")
-    return Recording(name, points, columns, t=t, fields=fields, file=path, row=name)
+    return Recording(name, points, columns, t=t, clock=clock, fields=fields, file=path, row=name)
 
 
 def _attribute(attributes: Any, name: str) -> Any:
@@ -265,7 +280,7 @@ def _attribute(attributes: Any, name: str) -> Any:
     if isinstance(value, bytes):
         return value.decode("utf-8", errors="replace")
     if isinstance(value, np.ndarray):
-        return value.reshape(-1)[0].item() if value.size == 1 else None
+        return value.reshape(-1)[0].item() if value.size == 1 else value.reshape(-1).tolist()
     return value.item() if isinstance(value, np.generic) else value
 
 

@@ -55,6 +55,21 @@ class ProjectionMapping(_Closed):
     pairs: Annotated[list[Pair], Field(min_length=4)] | None = None
 
 
+class RobotMapping(_Closed):
+    """The robot whose joints were recorded: forward kinematics makes the path of one link.
+
+    Joints are found by name among the columns; `columns` of the mapping (joint → column) says
+    what is not found.
+    """
+
+    urdf: Name
+    """Its description, or the name of a robot of the package example-robot-data."""
+    link: Name
+    """The link whose path is read."""
+    unit: Literal["rad", "deg"] | None = None
+    """Unit of joints that turn, where the columns do not state it; else radians."""
+
+
 class SceneMapping(_Closed):
     """What a mapping says of one scene; pixels."""
 
@@ -120,6 +135,8 @@ class Mapping(_Closed):
     objects: Name | None = None
     """A file or folder with the objects of the pictures: COCO, LabelMe, VIA, YOLO, Supervisely,
     or an export of Label Studio or CVAT."""
+    robot: RobotMapping | None = None
+    """Joint recordings: the robot, and the link whose path is meant."""
     scenes: dict[str, SceneMapping] = {}
 
 

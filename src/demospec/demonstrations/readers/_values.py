@@ -13,7 +13,8 @@ from demospec.demonstrations.readers._recording import Recording
 AUTO = {
     "scene": ("scene", "scene_id", "scene_name"),
     "type": ("type", "user_type", "style"),
-    "demonstrator": ("demonstrator", "demonstrator_id", "operator", "subject", "participant"),
+    "demonstrator": ("demonstrator", "demonstrator_id", "operator", "subject", "participant",
+                     "annotator"),
     "valid": (
         "valid", "is_valid", "success", "is_success", "successful", "next.success", "accepted",
         "outcome", "label",

@@ -35,6 +35,7 @@ def scene_svg(
     picture_url: str | None = None,
     alt: str = "",
     look: str = "scene",
+    names: bool = False,
 ) -> Markup:
     """Picture, outlined objects with their names, what is put over them, start and goal.
 
@@ -43,6 +44,7 @@ def scene_svg(
         picture_url: Where the browser finds the picture; by default it is inside.
         alt: What the drawing shows, for those who cannot see it.
         look: Classes for the style sheet; with ``outlined`` the outlines are always seen.
+        names: Write the class of every object beside it.
     """
     _, _, width, height = view_box(scene)
     parts: list[str | Markup] = []
@@ -53,7 +55,7 @@ def scene_svg(
                 'preserveAspectRatio="none"/>'
             ).format(picture_url or data_url(scene), width, height)
         )
-    parts += [objects_svg(scene), inner, ends_svg(scene)]
+    parts += [objects_svg(scene, names=names), inner, ends_svg(scene)]
     attributes = Markup('role="img" aria-label="{}"').format(alt or f"Scene {scene.scene_id}")
     return _svg(scene, look, attributes, joined(parts))
 

@@ -184,15 +184,15 @@ class Evidence(Document):
 class Hull(Document):
     """Least and greatest value of every parameter over all consistent rules."""
 
-    T_min: tuple[int, int]
-    radius: dict[str, tuple[int, int]]
+    T_min: tuple[int | float, int | float]
+    radius: dict[str, tuple[int | float, int | float]]
 
 
 class Optimum(Document):
     """One optimum of the paper's problem."""
 
-    T_min: int
-    T_object: dict[str, int]
+    T_min: int | float
+    T_object: dict[str, int | float]
 
 
 class InfluenceEntry(Document):

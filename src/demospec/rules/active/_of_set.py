@@ -10,7 +10,7 @@ from demospec.rules._fit import FitMemory, fit
 from demospec.rules._measurement import Measure, Passing, evidence_of
 from demospec.rules._rule_set import ANYONE
 from demospec.rules.active._clearance import best_clearance_path
-from demospec.rules.active._query import Query
+from demospec.rules.active._result import Query
 from demospec.rules.clearance._encounters import passes
 from demospec.rules.clearance._measure import nearest_approach
 

@@ -1,13 +1,10 @@
-"""The answer of the influence engines, as a value and as the JSON document of ``rules``."""
+"""Answer of the influence engines, as a value and as the JSON document of ``rules``."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
-
-from demospec.rules.constraints._point_features import feature_named
-from demospec.rules.influence._problem import RuleProblem
 
 Status = Literal["optimal", "infeasible", "timeout"]
 
@@ -157,92 +154,3 @@ class InfluenceAnswer:
             "T_object": dict(zip(self.names, values[1:], strict=True)),
             "L": sum(values),
         }
-
-
-def describe_influence(
-    answer: InfluenceAnswer,
-    problem: RuleProblem,
-    length: Callable[[float], str] = lambda value: f"{value:g} units",
-) -> tuple[str, ...]:
-    """The answer in plain sentences.
-
-    Args:
-        length: A length in words, as from `describe_length`.
-    """
-    if answer.status == "infeasible":
-        return _contradiction(answer)
-    if answer.hull_T_min is None or answer.hull_radius is None:
-        if answer.contradicted is not None:
-            return (
-                "The time ran out: the parameters printed contradict "
-                f"{len(answer.contradicted)} demonstration(s); fewer may do.",
-            )
-        return ("No consistent parameters were found in the time allowed.",)
-    low, high = answer.hull_T_min
-    lines = [
-        f"No point may come as near as T_min to anything; T_min is {_range(length, low, high)}."
-    ]
-    for name, (least, most) in zip(answer.names, answer.hull_radius, strict=True):
-        verb = _sentence(problem, name).format(name=name, value=length(low))
-        lines.append(
-            f"{name}: {verb}; out to {_range(length, least, most)} it depends on how long."
-        )
-    end = {"min": answer.saturated_min, "max": answer.saturated_max}
-    for which, names in end.items():
-        if names:
-            lines.append(f"At the {which}imum, set by the bound, not by data: {', '.join(names)}.")
-    if answer.contradicted is not None:
-        lines += _tolerated(answer)
-    if answer.status == "timeout":
-        lines.append("The time ran out: the ranges may be wider than printed.")
-    if not any(not path.valid for path in problem.trajectories):
-        lines.append(
-            "Nobody showed a bad demonstration: upper ends say how far the influence could "
-            "reach without forbidding what was shown; lower ends are the bounds, not data."
-        )
-    elif not any(path.valid for path in problem.trajectories):
-        lines.append("Nobody showed a good demonstration: upper ends are the bounds, not data.")
-    return tuple(lines)
-
-
-def _tolerated(answer: InfluenceAnswer) -> list[str]:
-    """Which demonstrations a tolerant fit contradicts, and what its ranges allow for."""
-    wrong = answer.contradicted or ()
-    few = f"At least {len(wrong)} demonstration(s) must be" if wrong else "None must be"
-    names = f": {_listed(answer, wrong)} by the least parameters that do" if wrong else ""
-    lines = [f"{few} contradicted{names}."]
-    if answer.allowed is not None and answer.allowed > len(wrong):
-        lines.append(
-            f"With {answer.label_noise:.0%} of labels wrong more may be: the ranges hold for all "
-            f"parameters that contradict up to {answer.allowed}."
-        )
-    return lines
-
-
-def _contradiction(answer: InfluenceAnswer) -> tuple[str, ...]:
-    if not answer.conflict:
-        return ("No parameters within the bounds agree with the labels.",)
-    return (
-        "No parameters agree with all labels. These demonstrations contradict each other "
-        f"(leave any one out and the rest agree): {_listed(answer, answer.conflict)}.",
-    )
-
-
-def _listed(answer: InfluenceAnswer, indices: Sequence[int]) -> str:
-    ids = answer.trajectory_ids
-    return ", ".join((ids[i] or f"#{i}") if i < len(ids) else f"#{i}" for i in indices)
-
-
-def _range(length: Callable[[float], str], low: int, high: int) -> str:
-    if low == high:
-        return f"exactly {length(low)}"
-    return f"between {length(low)} and {length(high)}"
-
-
-def _sentence(problem: RuleProblem, name: str) -> str:
-    k = problem.parameters.index(name)
-    for scene, members in zip(problem.scenes, problem.parameter_of, strict=True):
-        for item, at in zip(scene.objects, members, strict=True):
-            if at == k:
-                return feature_named(item.feature).sentence
-    return "keeps at least {value} from {name}"

@@ -1,4 +1,4 @@
-"""Who contradicts whom: a minimal conflicting subset of the demonstrations."""
+"""Minimal conflict: demonstrations that no parameters satisfy together, but all but any one."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ import time
 
 import numpy as np
 
+from demospec.rules.influence._effort import EFFORT, Effort
 from demospec.rules.influence._problem import RuleProblem
 from demospec.rules.influence.engines._branch_and_bound import LEAST_T, Search
-from demospec.rules.influence.engines._effort import EFFORT, Effort
 from demospec.rules.influence.engines._enumerate import sweep
 from demospec.rules.influence.engines._exact import joined_rows, point_rows, sweepable
 from demospec.rules.influence.engines._presolve import contact_domain, tighten, whole_domain

@@ -1,4 +1,4 @@
-"""The consistent parameter sets themselves: all of them where they are few, else a sample."""
+"""Consistent parameter sets: all of them where they are few, else a uniform sample."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 
 from demospec.errors import InputError
 from demospec.rules.influence._check import WrongAnswerError, contradicted
+from demospec.rules.influence._effort import EFFORT, Effort
 from demospec.rules.influence._problem import RuleProblem
 from demospec.rules.influence.engines._arithmetic import IntArray
 from demospec.rules.influence.engines._boxes import Boxes, tie
 from demospec.rules.influence.engines._branch_and_bound import Search
-from demospec.rules.influence.engines._effort import EFFORT, Effort
 from demospec.rules.influence.engines._enumerate import sweep
 from demospec.rules.influence.engines._exact import joined_rows, point_rows, sweepable
 from demospec.rules.influence.engines._presolve import (

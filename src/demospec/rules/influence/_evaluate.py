@@ -1,4 +1,4 @@
-"""The plain evaluator: what a parameter set says of each trajectory, step by step.
+"""Plain evaluator: the verdict of a parameter set on each trajectory, step by step.
 
 Written from the definitions with Python's whole numbers and fractions, one point at a time.
 It shares no code with any engine, so that it can check them.

@@ -1,4 +1,4 @@
-"""How many contradictions beyond the fewest a parameter set may have where labels can be wrong.
+"""Label noise: contradictions beyond the fewest that the likelihood-ratio set takes in.
 
 Where each label is wrong with probability ε, on its own, the likelihood of parameters that
 contradict w of n labels is ε^w·(1 − ε)^(n − w): each further contradiction divides it by

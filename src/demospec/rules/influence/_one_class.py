@@ -1,4 +1,4 @@
-"""Nobody recorded a bad demonstration: what the good ones alone allow."""
+"""One-class learning: the largest thresholds that the accepted demonstrations allow."""
 
 from __future__ import annotations
 

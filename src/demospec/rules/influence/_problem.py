@@ -306,6 +306,9 @@ def problem_from_document(document: Any) -> RuleProblem:
     if family != "influence":
         raise InputError("family influence", family, field="family")
     unread_fields(top, "influence")
+    if top.get("quantum", 1) != 1:  # as an answer of a set in metres says it
+        expected = "no quantum: a problem counts whole units (write its points in mm, say)"
+        raise InputError(expected, top["quantum"], field="quantum")
     distance = top.get("distance", "center")
     if distance != "center":
         raise InputError(

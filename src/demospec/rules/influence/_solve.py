@@ -10,9 +10,9 @@ from typing import Literal, Protocol, get_args
 from demospec.errors import InputError, MissingExtraError
 from demospec.rules.influence._answer import InfluenceAnswer
 from demospec.rules.influence._check import check_answer
+from demospec.rules.influence._effort import EFFORT, Effort
 from demospec.rules.influence._label_noise import LABEL_NOISE, slack_of
 from demospec.rules.influence._problem import RuleProblem
-from demospec.rules.influence.engines._effort import EFFORT, Effort
 from demospec.rules.influence.engines._exact import solve_exact
 from demospec.rules.influence.engines._step_functions import step_problem
 
@@ -74,9 +74,9 @@ class CpSatEngine:
             import ortools  # noqa: F401
         except ImportError as error:
             raise MissingExtraError("ortools", "cpsat", f"engine {self.encoding}") from error
-        from demospec.rules.influence.engines._cp_sat import solve_encoding
-        from demospec.rules.influence.engines._cp_sat_direct import encode_direct
-        from demospec.rules.influence.engines._cp_sat_steps import encode_steps
+        from demospec.rules.influence.engines.cp_sat._direct import encode_direct
+        from demospec.rules.influence.engines.cp_sat._encoding import solve_encoding
+        from demospec.rules.influence.engines.cp_sat._steps import encode_steps
 
         encode = encode_direct if self.encoding == "direct" else encode_steps
         return solve_encoding(encode(problem), problem, self.encoding, deadline, seed, listed)

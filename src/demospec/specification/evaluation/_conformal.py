@@ -129,11 +129,11 @@ def conformal(
                 alpha,
                 field="conformal",
             )
-        margin[type_] = max(0.0, _pooled_quantile(groups, alpha))
+        margin[type_] = max(0.0, pooled_quantile(groups, alpha))
     return Conformal(alpha, margin, {t: len(g) for t, g in wrong.items()})
 
 
-def _pooled_quantile(groups: list[FloatArray], alpha: float) -> float:
+def pooled_quantile(groups: list[FloatArray], alpha: float) -> float:
     """Smallest t with Σ_groups share(≤ t) ≥ (1 − α)(n + 1)."""
     values = np.concatenate(groups)
     weights = np.concatenate([np.full(len(g), 1.0 / len(g)) for g in groups])

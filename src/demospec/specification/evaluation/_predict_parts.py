@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import lru_cache, partial
 from pathlib import Path
@@ -30,6 +30,7 @@ def predict_parts(
     workers: int = 1,
     cluster: str | None = None,
     keep: Path | None = None,
+    iterate: Callable[..., Iterator[Predictions]] = iterate_tasks,
     progress: Progress = silent,
 ) -> Iterator[Predictions]:
     """As `predict_batches`, for a model and a set that every worker reads for itself.
@@ -44,6 +45,7 @@ def predict_parts(
         cluster: Address of a Dask scheduler.
         keep: A folder for finished parts (of a set on disk): a run that was killed goes on
             from them. The caller removes it when all is written.
+        iterate: Gives out the parts; called as `iterate_tasks`.
 
     Raises:
         InputError: As `read_set`; also a demonstration that is there twice.
@@ -53,7 +55,7 @@ def predict_parts(
     kept = None if keep is None else KeptParts(keep, job_of(model, store, rows))
     there = set() if kept is None else kept.there
     left = [task for i, task in enumerate(tasks) if i not in there]
-    fresh = iterate_tasks(
+    fresh = iterate(
         partial(_judge, _Source(model, store)), left, workers=workers, cluster=cluster,
         progress=progress, what="judging parts",
     )  # fmt: skip

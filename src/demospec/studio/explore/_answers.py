@@ -8,21 +8,21 @@ from typing import Any
 
 import numpy as np
 
+from demospec.demonstrations import JudgingView, Verdict, View
 from demospec.frames import describe_length
 from demospec.geometry import Disc, Footprint, rims
-from demospec.report import data_url
-from demospec.rules import RuleView
-from demospec.scene import Scene
+from demospec.report import data_url, ring_words_svg, rings_svg
+from demospec.rules import ClearanceRule, RuleView, nearest_approach
+from demospec.scene import Scene, SceneObject
 from demospec.specification import (
     Explanation,
     RepairSettings,
-    ValidityMap,
     explain,
     plane_bounds,
     repair,
     sample_valid,
 )
-from demospec.studio.explore._map import SMALL, boundary_path, explore_map
+from demospec.studio.explore._map import SMALL, BendMap, boundary_path, explore_map, thresholds
 from demospec.studio.explore._state import Edits, Explorer, Question, path_of
 
 _SURE = float(np.log(9.0))
@@ -43,25 +43,33 @@ def look(
 
     Returns:
         ``key``, ``verdicts`` and ``why`` (`Explanation`) of the path; where the page lacks
-        them ``scene`` (objects with outlines, the picture), ``map`` of the chosen type,
-        ``small`` maps per type, and ``mean_p`` in the verdicts; ``before`` (the same without
-        what was put down, or None) and ``milliseconds`` spent here.
+        them ``scene`` (objects with outlines, the picture), ``map`` and ``rings`` of the chosen
+        type, ``small`` maps per type, and in the verdicts the ``share`` of all bends that is
+        accepted and the share ``unknown``; ``before`` (the same without what was put down, or
+        None) and ``milliseconds`` spent here.
     """
     began = time.perf_counter()
     with explorer.lock:
         key = explorer.key(question)
         view = explorer.view(question)
         path = path_of(view.scene, question.control)
+        rule = clearance_of(view, question.type)
         reason = explain(
             view, path, question.type, counterfactual=not moving,
             units=explorer.units, metres_per_unit=explorer.metres_per_unit,
+            symbols=None if rule is None else rule.relevant,
         )  # fmt: skip
+        verdict = verdict_of(view, path, question.type)
         whole = has != key
         answer = _seen(explorer, question, path, whole=whole)
         if whole:
             answer["map"] = _map_document(
                 explore_map(view, question.type), sure=not isinstance(view, RuleView)
             )
+            answer["rings"] = _rings(explorer, view, question.type)
+            # One number for one thing: the shares beside the person are those beside the map.
+            mine = next(v for v in answer["verdicts"] if v["type"] == question.type)
+            answer["map"] |= {"share": mine["share"], "unknown": mine["unknown"]}
         answer["before"] = None
         if question.edits.added:
             clean = replace(question, edits=question.edits.without_added())
@@ -69,7 +77,11 @@ def look(
     return {
         **answer,
         "key": key,
-        "why": {**_reason(reason), "counterfactual_follows": moving and not reason.valid},
+        "why": {
+            **_reason(reason),
+            "counterfactual_follows": moving and not reason.valid,
+            **({} if verdict != "unknown" else _open(explorer, view, path, question.type)),
+        },
         "certain": isinstance(view, RuleView),
         "milliseconds": round(1000 * (time.perf_counter() - began), 1),
     }
@@ -81,14 +93,13 @@ def _seen(explorer: Explorer, question: Question, path: Any, *, whole: bool) -> 
     types = tuple(explorer.model(question.model).types)
     verdicts: list[dict[str, Any]] = []
     for name in types:
-        valid = bool(view.logits(path[None], name)[0] > 0)
         p = round(float(view.p_valid(path[None], name)[0]), 4)
-        verdicts.append({"type": name, "valid": valid, "p_valid": p})
+        verdicts.append({"type": name, "verdict": verdict_of(view, path, name), "p_valid": p})
     if not whole:
         return {"verdicts": verdicts}
     maps = [explore_map(view, name, SMALL) for name in types]
     for verdict, found in zip(verdicts, maps, strict=True):
-        verdict["mean_p"] = round(float(found.p_valid.mean()), 4)
+        verdict |= {"share": round(found.share, 4), "unknown": round(found.unknown, 4)}
     scene = explorer.scene(question.scene_id, question.edits)
     return {
         "verdicts": verdicts,
@@ -182,15 +193,72 @@ def outline_path(shape: Footprint) -> str:
     return "".join(f"M{loop}Z" for loop in loops)
 
 
-def _map_document(found: ValidityMap, *, sure: bool) -> dict[str, Any]:
-    """The boundary; with `sure` also the lines p = 0.1 and p = 0.9 of a model that doubts."""
+def clearance_of(view: View, type: str) -> ClearanceRule | None:
+    """The clearance rule that judges, where one does."""
+    return view.model.of_type(type).clearance if isinstance(view, RuleView) else None
+
+
+def verdict_of(view: View, path: Any, type: str) -> Verdict:
+    """Accepted, rejected, or not known: what nobody decided is never accepted."""
+    if isinstance(view, JudgingView):
+        return view.verdicts(path[None], type)[0]
+    return "accept" if float(view.logits(path[None], type)[0]) > 0 else "reject"
+
+
+def _open(explorer: Explorer, view: View, path: Any, type: str) -> dict[str, Any]:
+    """Why nothing decides: the object that comes nearer than anything that was accepted."""
+    rule = clearance_of(view, type)
+    nothing = {"sentence": f"Not known: no answer of {type} decides about such a path.",
+               "object": None, "symbol": None, "counterfactual": None}  # fmt: skip
+    if rule is None or not isinstance(view, RuleView):
+        return nothing
+    clear_of, _ = thresholds(view, type)
+    near: list[tuple[float, SceneObject]] = []
+    for item in view.scene.listed_objects():
+        gap = float(nearest_approach(
+            replace(view.scene, objects=(item,), relations=()), path[None], (item.symbol,),
+            distance=rule.distance,
+        )[0, 0])  # fmt: skip
+        if gap < clear_of.get(item.symbol, -np.inf):
+            near.append((gap, item))
+    if not near:
+        return nothing
+    gap, item = min(near, key=lambda entry: entry[0])
+    place = path[int(np.argmin(item.outline.signed_distance(path)))]
+    length = describe_length(max(gap, 0.0), explorer.metres_per_unit, explorer.units)
+    return {
+        "sentence": f"Not known: no answer shows whether {type} accepts a path {length} from "
+        f"{item.id}.",
+        "object": item.id,
+        "symbol": item.symbol,
+        "place": [float(v) for v in place],
+        "counterfactual": None,
+    }
+
+
+def _rings(explorer: Explorer, view: View, type: str) -> str:
+    """What the rule keeps from each object, drawn; nothing for models without a rule."""
+    rule = clearance_of(view, type)
+    if rule is None or not isinstance(view, RuleView):
+        return ""
+    scale, units = explorer.metres_per_unit, explorer.units
+    clear_of, _ = thresholds(view, type)
+    unknown = [s for s in clear_of if s not in rule.value]
+    drawn = rings_svg(view.scene, rule, scale, units)
+    return drawn + ring_words_svg(view.scene, rule, scale, units, unknown=unknown)
+
+
+def _map_document(found: BendMap, *, sure: bool) -> dict[str, Any]:
+    """The boundaries; with `sure` also the lines p = 0.1 and p = 0.9 of a model that doubts."""
     document: dict[str, Any] = {
-        "type": found.type,
-        "region": boundary_path(found),
-        "share": round(found.valid_share, 4),
+        "type": found.accepted.type,
+        "region": boundary_path(found.accepted),
+        "open": None if found.possible is found.accepted else boundary_path(found.possible),
+        "share": round(found.share, 4),
+        "unknown": round(found.unknown, 4),
     }
     if sure:
-        document["sure"] = [boundary_path(found, v, closed=False) for v in (-_SURE, _SURE)]
+        document["sure"] = [boundary_path(found.accepted, v, closed=False) for v in (-_SURE, _SURE)]
     return document
 
 

@@ -7,6 +7,8 @@ object moves, one grid is computed again. Every other model is asked by `validit
 from __future__ import annotations
 
 from collections import OrderedDict
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
@@ -14,7 +16,7 @@ import numpy as np
 
 from demospec.demonstrations import View, bezier_points
 from demospec.frames import FloatArray
-from demospec.rules import ClearanceRule, RuleView
+from demospec.rules import ClearanceRule, RuleView, known_of
 from demospec.scene import Scene, SceneObject
 from demospec.specification import ValidityMap, plane_bounds, validity_map
 
@@ -29,21 +31,75 @@ _REACH = 8.0
 Bounds = tuple[float, float, float, float]
 
 
-def explore_map(view: View, type: str, size: int = SIZE) -> ValidityMap:
-    """The validity map of one type, p and logit over the plane of control points.
+@dataclass(frozen=True)
+class BendMap:
+    """What is said of every bend of the path.
+
+    Args:
+        accepted: Logit ≥ 0 where a path is known to be accepted.
+        possible: Logit ≥ 0 where it is not known to be rejected. Between the two nothing that
+            was shown decides; of a model that always decides both are one.
+    """
+
+    accepted: ValidityMap
+    possible: ValidityMap
+
+    @property
+    def share(self) -> float:
+        """Share of all bends that are accepted."""
+        return float(self.accepted.p_valid.mean())
+
+    @property
+    def unknown(self) -> float:
+        """Share of all bends that nothing decides."""
+        return max(0.0, float(self.possible.p_valid.mean()) - self.share)
+
+
+def explore_map(view: View, type: str, size: int = SIZE) -> BendMap:
+    """The map of one type over the plane of control points.
 
     For clearance rules the distance is interpolated between grid points a 140th of the plane
     apart (1 px where the picture has 100): the boundary is drawn to about a third of that. The
     verdict on a path never comes from here.
     """
-    rule = view.model.of_type(type).clearance if isinstance(view, RuleView) else None
-    if rule is None:
-        return validity_map(view, type, size=size)
-    bounds = plane_bounds(view.scene)
-    start, goal = _pair(view.scene.start), _pair(view.scene.goal)
-    field, spacing = _margin_field(view.scene, rule, bounds, start, goal)
-    logits = np.clip(_least_along(field, bounds, start, goal, size), -_REACH * spacing,
-                     _REACH * spacing)  # fmt: skip
+    if not isinstance(view, RuleView) or view.model.of_type(type).clearance is None:
+        found = validity_map(view, type, size=size)
+        return BendMap(found, found)
+    clear_of, keep_off = thresholds(view, type)
+    accepted, possible = (
+        _map_of(view.scene, view.model.of_type(type).clearance, each, type, size)
+        for each in (clear_of, keep_off)
+    )
+    both = np.minimum(accepted.logits, possible.logits)
+    return BendMap(replace(accepted, logits=both, p_valid=(both >= 0).astype(np.float64)), possible)
+
+
+def thresholds(view: RuleView, type: str) -> tuple[dict[str, float], dict[str, float]]:
+    """Class → distance from which a path is known to be accepted, and below which rejected.
+
+    As `RuleView.verdicts` has them. Where a rule explains nothing, everything is open.
+    """
+    rules = view.model.of_type(type)
+    assert rules.clearance is not None
+    c = rules.clearance
+    known = known_of(c.value, c.interval, rules.evidence, rules.fit)
+    there = tuple(dict.fromkeys(o.symbol for o in view.scene.listed_objects()))
+    if not known.decided:
+        return dict.fromkeys(there, np.inf), {}
+    learned = "at_most" in rules.evidence
+    clear_of = {s: known.keep_from(s) for s in there if learned or not known.unknown(s)}
+    return clear_of, {s: d for s, d in known.reject_below.items() if s in there}
+
+
+def _map_of(
+    scene: Scene, rule: ClearanceRule | None, distances: Mapping[str, float], type: str, size: int
+) -> ValidityMap:
+    assert rule is not None
+    bounds = plane_bounds(scene)
+    start, goal = _pair(scene.start), _pair(scene.goal)
+    field, spacing = _margin_field(scene, distances, rule.distance, bounds, start, goal)
+    far = _REACH * spacing
+    logits = np.clip(_least_along(field, bounds, start, goal, size), -far, far)
     return ValidityMap(
         type=type,
         x=np.linspace(bounds[0], bounds[2], size),
@@ -134,18 +190,20 @@ def _distance_grid(item: SceneObject, distance: str, frame: Bounds) -> FloatArra
 
 def _margin_field(
     scene: Scene,
-    rule: ClearanceRule,
+    distances: Mapping[str, float],
+    measured: str,
     bounds: Bounds,
     start: tuple[float, float],
     goal: tuple[float, float],
 ) -> tuple[FloatArray, float]:
-    """Smallest distance − clearance at every grid point, (ny, nx); and the grid's spacing."""
+    """Smallest distance − threshold at every grid point, (ny, nx); and the grid's spacing."""
     frame = _frame(bounds, start, goal)
     x, y, spacing = _axes(frame)
     field = np.full((len(y), len(x)), _REACH * spacing)
+    most = 4 * (len(x) + len(y)) * spacing  # further than anything is from anything here
     for item in scene.listed_objects():
-        if item.symbol in rule.value:
-            near = _distance_grid(item, rule.distance, frame) - rule.value[item.symbol]
+        if item.symbol in distances:
+            near = _distance_grid(item, measured, frame) - min(distances[item.symbol], most)
             np.minimum(field, near, out=field)
     return field, spacing
 

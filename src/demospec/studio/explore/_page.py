@@ -83,13 +83,18 @@ class _Table:
             ]
             types = models[0]["types"] if models else []
             kind = str(asked.get("type") or (types[0] if types else ""))
-            symbols = [s for s in self._workbench.symbols if explorer.editor.templates(s)]
             shown = explorer.scene(scene, Edits())
+            control = explorer.first_control(scene, kind)
+            symbols = [
+                {"name": s, "fits": explorer.fits(scene, s)}
+                for s in self._workbench.symbols
+                if explorer.editor.templates(s, shown)
+            ]
             return {
                 "scenes": list(explorer.scenes),
                 "models": models,
                 "symbols": symbols,
-                "control": list(explorer.first_control(scene, kind)),
+                "control": list(control),
                 "scene": scene_document(shown, Edits()),
                 "units": explorer.units,
                 "metres_per_unit": explorer.metres_per_unit,

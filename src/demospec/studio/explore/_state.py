@@ -25,7 +25,7 @@ from demospec.demonstrations import (
     bezier_points,
     fit_bezier,
 )
-from demospec.errors import CannotJudgeError, InputError
+from demospec.errors import CannotJudgeError, DemospecError, InputError
 from demospec.frames import FloatArray
 from demospec.scene import Editor, Scene, Template
 from demospec.specification import plane_bounds
@@ -35,6 +35,10 @@ _VIEWS_KEPT = 12
 MOST_EDITS = 64
 _RUN, _SERIALS = secrets.token_hex(6), itertools.count()
 """A tab may hold an answer of an earlier explorer, even of a studio started earlier."""
+
+
+class NoPlace(DemospecError):
+    """Nothing more fits on the table: a sentence for the person at the page."""
 
 
 @dataclass(frozen=True)
@@ -242,18 +246,30 @@ class Explorer:
         """The free place nearest to the middle of the path, where `symbol` fits.
 
         Raises:
-            InputError: Nothing of that symbol can be put down, or there is no room.
+            InputError: Nothing of that symbol can be put down.
+            NoPlace: There is no room.
         """
         scene = self.scene(question.scene_id, question.edits)
         radius = self._template(scene, symbol).radius_px(scene)
-        rng = np.random.default_rng(0)
-        places = self.editor.free_places(scene, radius, 200, rng)
+        places = self._free(scene, radius)
         if not len(places):
-            raise InputError(f"room for a {symbol}", "none", field="scene")
+            raise NoPlace(f"There is no free place for another {symbol} here.")
         path = path_of(scene, question.control)
         middle = path[len(path) // 2]
         best = places[int(np.hypot(*(places - middle).T).argmin())]
         return (float(best[0]), float(best[1]))
+
+    def fits(self, scene_id: str, symbol: str) -> bool:
+        """Whether one more of that symbol has a free place in a scene of the set."""
+        scene = self.scene(scene_id, Edits())
+        radius = self._template(scene, symbol).radius_px(scene)
+        return len(self._free(scene, radius)) > 0
+
+    def _free(self, scene: Scene, radius: float) -> FloatArray:
+        """Free places for a disc: in the picture, else about what is listed."""
+        bounds = None if scene.size_px is not None else plane_bounds(scene)
+        rng = np.random.default_rng(0)
+        return self.editor.free_places(scene, radius, 200, rng, bounds=bounds)
 
     def _template(self, scene: Scene, symbol: str) -> Template:
         templates = self.editor.templates(symbol, scene)

@@ -176,11 +176,13 @@ def build_router(bench: Workbench) -> Any:
 
     @router.post("/undo", summary="Undo the last action made through the API")
     def post_undo() -> dict[str, Any]:
-        return {"undone": bench.undo(ACTOR)}
+        event = bench.undo(ACTOR)
+        return {"undone": None if event is None else event.kind}
 
     @router.post("/redo", summary="Redo it")
     def post_redo() -> dict[str, Any]:
-        return {"redone": bench.redo(ACTOR)}
+        event = bench.redo(ACTOR)
+        return {"redone": None if event is None else event.kind}
 
     @router.get("/understood", summary="What was understood of one type")
     def get_understood(type: str) -> dict[str, Any]:

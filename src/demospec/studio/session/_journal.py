@@ -19,7 +19,10 @@ from typing import Any
 
 from demospec.errors import InputError, OutputError
 
-ACTIONS = ("add", "label", "edit", "delete", "scene", "mark", "unmark")
+ACTIONS = (
+    "add", "label", "edit", "delete", "many", "keep", "scene", "mark", "unmark", "object", "ends",
+    "scale", "rename_scene", "drop_scene",
+)  # fmt: skip
 """What can be undone; ``undo`` and ``redo`` name one of these."""
 
 _SCHEMA = """

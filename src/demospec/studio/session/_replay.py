@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -23,11 +23,16 @@ class Taught:
         scenes: The set's, then those that were added.
         demonstrations: The set's, then those drawn; in the order in which they came.
         unlisted: Ids of scenes that came without a list of objects: people may make it.
+        labelled: Demonstration → number of the event that gave it its label; none for the set's.
+        kept: Rejected demonstration → number of the event in which a person said that it and
+            what contradicted it then are both right.
     """
 
     scenes: Mapping[str, Scene]
     demonstrations: Mapping[str, Demonstration]
     unlisted: frozenset[str] = frozenset()
+    labelled: Mapping[str, int] = field(default_factory=dict)
+    kept: Mapping[str, int] = field(default_factory=dict)
 
     def in_scene(self, scene_id: str) -> list[Demonstration]:
         """Those of one scene."""
@@ -51,6 +56,8 @@ def taught(
     all_scenes = {s.scene_id: s for s in scenes}
     demos = {d.demo_id: d for d in before}
     unlisted = {s.scene_id for s in all_scenes.values() if s.objects is None}
+    labelled: dict[str, int] = {}
+    kept: dict[str, int] = {}
     for event in effective(events):
         body = event.body
         if event.kind == "scene":
@@ -61,10 +68,12 @@ def taught(
             all_scenes[scene.scene_id] = scene
             if scene.objects is None:
                 unlisted.add(scene.scene_id)
-        elif event.kind in ("mark", "unmark"):
+        elif event.kind in SCENE_CHANGES:
             known = all_scenes.get(body["scene_id"])
             if known is not None:
-                all_scenes[known.scene_id] = _marked(known, event)
+                all_scenes[known.scene_id] = SCENE_CHANGES[event.kind](known, body)
+        elif event.kind == "keep":
+            kept |= dict.fromkeys(body["demo_ids"], event.seq)
         elif event.kind == "add":
             if event.seq not in cache:
                 cache[event.seq] = demonstration_of(body)
@@ -72,25 +81,57 @@ def taught(
             assert isinstance(demo, Demonstration)
             if demo.scene_id in all_scenes:
                 demos[demo.demo_id] = demo
-        elif body["demo_id"] not in demos:
+                labelled[demo.demo_id] = event.seq
+        else:
+            _change_demonstrations(demos, labelled, event)
+    return Taught(all_scenes, demos, frozenset(unlisted), labelled, kept)
+
+
+def _change_demonstrations(
+    demos: dict[str, Demonstration], labelled: dict[str, int], event: Event
+) -> None:
+    """Labels, edits and deletions, of one demonstration or of many."""
+    body = event.body
+    changes = body.get("changes", {})
+    if event.kind == "label":
+        changes = {"valid": body["valid"]}
+    for name in body["demo_ids"] if event.kind == "many" else (body["demo_id"],):
+        if name not in demos:
             continue
-        elif event.kind == "delete":
-            del demos[body["demo_id"]]
-        elif event.kind == "label":
-            demos[body["demo_id"]] = replace(demos[body["demo_id"]], valid=body["valid"])
-        elif event.kind == "edit":
-            demos[body["demo_id"]] = replace(demos[body["demo_id"]], **body["changes"])
-    return Taught(all_scenes, demos, frozenset(unlisted))
+        if event.kind == "delete" or body.get("delete"):
+            del demos[name]
+            continue
+        demos[name] = replace(demos[name], **changes)
+        if "valid" in changes:
+            labelled[name] = event.seq
 
 
-def _marked(scene: Scene, event: Event) -> Scene:
-    """The scene with objects that somebody marked in it, or without one."""
-    listed = scene.objects or ()
-    if event.kind == "mark":
-        listed = (*listed, *(object_from_json(o) for o in event.body["objects"]))
-    else:
-        listed = tuple(o for o in listed if o.id != event.body["id"])
-    return replace(scene, objects=listed or None)  # none marked: not listed, not an empty table
+def _mark(scene: Scene, body: Mapping[str, Any]) -> Scene:
+    """The scene with objects that somebody marked in it."""
+    added = tuple(object_from_json(o) for o in body["objects"])
+    return replace(scene, objects=(*(scene.objects or ()), *added))
+
+
+def _unmark(scene: Scene, body: Mapping[str, Any]) -> Scene:
+    """Without one; none marked: not listed, not an empty table."""
+    rest = tuple(o for o in scene.objects or () if o.id != body["id"])
+    return replace(scene, objects=rest or None)
+
+
+def _change_object(scene: Scene, body: Mapping[str, Any]) -> Scene:
+    """One object as somebody named or outlined it anew."""
+    new = object_from_json(body["object"])
+    changed = tuple(new if o.id == body["id"] else o for o in scene.objects or ())
+    return replace(scene, objects=changed or None)
+
+
+def _move_ends(scene: Scene, body: Mapping[str, Any]) -> Scene:
+    return replace(scene, start=tuple(body["start"]), goal=tuple(body["goal"]))
+
+
+SCENE_CHANGES: Mapping[str, Callable[[Scene, Mapping[str, Any]], Scene]] = {
+    "mark": _mark, "unmark": _unmark, "object": _change_object, "ends": _move_ends,
+}  # fmt: skip
 
 
 def demonstration_of(body: Mapping[str, Any]) -> Demonstration:

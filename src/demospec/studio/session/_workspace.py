@@ -21,7 +21,7 @@ from demospec.demonstrations import (
 )
 from demospec.errors import InputError, OutputError
 from demospec.scene import Scene
-from demospec.studio.session._journal import Journal
+from demospec.studio.session._journal import Event, Journal
 from demospec.studio.session._models import SO_FAR, ModelFiles, RulesSoFar
 from demospec.studio.session._replay import (
     Taught,
@@ -316,17 +316,24 @@ class Workbench:
         self.journal.append("unmark", body, actor=actor)
         self._changed()
 
-    def undo(self, actor: str) -> str | None:
+    def keep(self, demo_ids: Sequence[str], *, actor: str) -> None:
+        """Says of rejected demonstrations that they and what contradicts them are right."""
+        for name in demo_ids:
+            self._must_stand(name)
+        self.journal.append("keep", {"demo_ids": list(demo_ids)}, actor=actor)
+        self._changed()
+
+    def undo(self, actor: str) -> Event | None:
         """Takes back the actor's last action; what it was, or None."""
         event = self.journal.undo(actor)
         self._changed()
-        return None if event is None else event.kind
+        return event
 
-    def redo(self, actor: str) -> str | None:
+    def redo(self, actor: str) -> Event | None:
         """Does it again; what it was, or None."""
         event = self.journal.redo(actor)
         self._changed()
-        return None if event is None else event.kind
+        return event
 
     def on_change(self, listener: Callable[[], None]) -> None:
         """Calls `listener`, from any thread, after every change made in this process."""

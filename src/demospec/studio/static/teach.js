@@ -27,6 +27,11 @@ function write(words, held) {
   if (!line || words === said) return;
   said = words; line.textContent = words; line.classList.toggle("held", held);
 }
+// Milliseconds as seconds, no two alike: a browser may report two points of one moment.
+function rising(times) {
+  let last = -1;
+  return times.map((s) => { last = Math.max(Math.round(s * 1000), last + 1); return last / 1000; });
+}
 function place(e) {
   const p = new DOMPoint(e.clientX, e.clientY).matrixTransform(pen().getScreenCTM().inverse());
   return [Math.round(p.x * 100) / 100, Math.round(p.y * 100) / 100];
@@ -66,12 +71,14 @@ function end(e) {
   if (done.points.length < 3) { const id = pathAt(e); if (id) send("teach_pick", id); return; }
   if (done.marking) {
     mark(false);
+    heldUntil = 0; tell(""); // the loop is drawn: nobody need be told to draw it
     return send("teach_mark", { scene: scene.id, points: done.points });
   }
   if (!done.began) return warn("Begin at the circle: that is where the motion starts.");
   if (!near(last, scene.goal)) return warn("End at the star: that is where the motion must arrive.");
-  done.points.push(scene.goal); done.t.push(done.t[done.t.length - 1]);
-  send("teach_stroke", { scene: scene.id, points: done.points, t: done.t.map((s) => Math.round(s * 1000) / 1000) });
+  // The stroke ends at the goal itself; its last point is where the hand let go.
+  done.points[done.points.length - 1] = scene.goal;
+  send("teach_stroke", { scene: scene.id, points: done.points, t: rising(done.t) });
 }
 // The next stroke is a loop about an object, not a path.
 function mark(on) {

@@ -11,9 +11,10 @@ from demospec.errors import DemospecError, InputError
 from demospec.report import short_name
 from demospec.rules import Query
 from demospec.scene import Polygon, Scene
+from demospec.studio.session._journal import Event
 from demospec.studio.session._workspace import Workbench
+from demospec.studio.teach._conflicts import Conflict, is_kept, questions
 from demospec.studio.teach._summary import (
-    Conflict,
     Memory,
     how_many_more,
     question,
@@ -21,6 +22,10 @@ from demospec.studio.teach._summary import (
 )
 
 NEXT_AFTER = {"after 1 verdict": 1, "after 3 verdicts": 3, "after 5 verdicts": 5, "when I say": 0}
+
+
+UNNAMED = "unnamed "
+"""Begins the class word of an object that was found and that nobody has named."""
 
 
 class NotNow(DemospecError):
@@ -54,8 +59,8 @@ class TeachState:
         self.computed: tuple[int, str] | None = None
         self.advised: tuple[int, str] | None = None
         self.shown_version = -1
-        self.kept: set[Conflict] = set()
-        """Conflicts that the person wants to keep."""
+        self.doubt = 0
+        """Which of the contradictions is shown."""
 
     @property
     def scene(self) -> Scene:
@@ -67,9 +72,16 @@ class TeachState:
         return [d for d in self.bench.standing.in_scene(self.scene_id) if d.type == self.type]
 
     @property
-    def conflicts(self) -> list[Conflict]:
-        """Those that the person did not decide to keep."""
-        return [c for c in self.understood.conflicts if c not in self.kept]
+    def conflicts(self) -> list[tuple[Conflict, ...]]:
+        """Contradictions that nobody has said to be right, as questions; the newest first."""
+        now = self.bench.standing
+        stand = [
+            c
+            for c in self.understood.conflicts
+            if all(n in now.demonstrations for n in c.members)
+            and not is_kept(c, now.kept, now.labelled)
+        ]
+        return questions(stand, now.labelled)
 
     @property
     def hint(self) -> str:
@@ -80,6 +92,11 @@ class TeachState:
             return (
                 "Nobody has said yet what stands here: mark the objects under “What stands here”."
             )
+        nameless = sum(o.symbol.startswith(UNNAMED) for o in self.scene.objects or ())
+        if nameless:
+            what = "One found object has" if nameless == 1 else f"{nameless} found objects have"
+            them = "it" if nameless == 1 else "them"
+            return f"{what} no name yet: name {them} under “What stands here”."
         chosen = self.bench.standing.demonstrations.get(self.chosen or "")
         if chosen is None:
             return "Draw a path from the circle to the star, with mouse, pen or finger."
@@ -166,10 +183,6 @@ class TeachState:
             if isinstance(value.get(name), str) and value[name].isprintable():
                 setattr(self, name, value[name][:60] or getattr(self, name))
         self.next_after = NEXT_AFTER.get(str(value.get("next_after")), self.next_after)
-        for entry in value.get("kept") or ():
-            if isinstance(entry, dict) and isinstance(entry.get("against"), list):
-                against = tuple(str(name) for name in entry["against"])
-                self.kept.add(Conflict(str(entry.get("demo_id")), against))
 
     def _do_stroke(self, value: Any) -> None:
         if not isinstance(value, dict):
@@ -219,7 +232,10 @@ class TeachState:
         self.object_word = str(value or "").strip()[:60]
 
     def find_objects(self) -> None:
-        """Marks what the shipped body sees in the picture (for a worker thread; seconds)."""
+        """Marks what the shipped body sees in the picture (for a worker thread; seconds).
+
+        It tells things apart by their looks and does not know their names: people name them.
+        """
         from demospec.perception import detect_objects
 
         scene = self.scene
@@ -227,7 +243,9 @@ class TeachState:
         if not seen:
             raise NotNow("Nothing was found in this picture: mark the objects yourself.")
         outlines = [
-            (o.symbol, o.footprint.vertices) for o in seen if isinstance(o.footprint, Polygon)
+            (f"{UNNAMED}{o.symbol}", o.footprint.vertices)
+            for o in seen
+            if isinstance(o.footprint, Polygon)
         ]
         self.bench.mark(scene.scene_id, outlines, actor=self.actor)
 
@@ -238,14 +256,16 @@ class TeachState:
         self._verdict(False)
 
     def _do_undo(self, _: Any) -> None:
-        if self.bench.undo(self.actor) is None:
+        event = self.bench.undo(self.actor)
+        if event is None:
             raise NotNow("Nothing of this tab is left to undo.")
-        self._look_again()
+        self._look_at(event)
 
     def _do_redo(self, _: Any) -> None:
-        if self.bench.redo(self.actor) is None:
+        event = self.bench.redo(self.actor)
+        if event is None:
             raise NotNow("There is nothing to redo.")
-        self._look_again()
+        self._look_at(event)
 
     def _do_delete(self, _: Any) -> None:
         if self.chosen is None:
@@ -265,7 +285,6 @@ class TeachState:
         return {
             "scene": self.scene_id, "chosen": self.chosen, "type": self.type,
             "demonstrator": self.demonstrator, "next_after": after,
-            "kept": [{"demo_id": c.demo_id, "against": list(c.against)} for c in self.kept],
         }  # fmt: skip
 
     def _step(self, by: int) -> None:
@@ -306,12 +325,26 @@ class TeachState:
     def _do_next_after(self, value: Any) -> None:
         self.next_after = NEXT_AFTER.get(str(value), 3)
 
-    def _do_keep(self, value: Sequence[Conflict]) -> None:
-        self.kept.update(value)
+    def _do_keep(self, value: Sequence[str]) -> None:
+        self.bench.keep(value, actor=self.actor)
+
+    def _do_doubt(self, value: int) -> None:
+        """Shows another contradiction."""
+        self.doubt = (self.doubt + int(value)) % max(len(self.conflicts), 1)
 
     def _do_change(self, value: tuple[str, bool]) -> None:
         self.bench.label(value[0], value[1], actor=self.actor)
         self._do_pick(value[0])
+
+    def _look_at(self, event: Event) -> None:
+        """Chooses what was taken back or done again: the next key is about that."""
+        demo = self.bench.standing.demonstrations.get(str(event.body.get("demo_id")))
+        if demo is not None:
+            self.scene_id, self.chosen, self.asked = demo.scene_id, demo.demo_id, None
+            self.type = demo.type or self.type
+        elif event.body.get("scene_id") in self.bench.standing.scenes:
+            self.scene_id = str(event.body["scene_id"])
+        self._look_again()
 
     def _look_again(self) -> None:
         if self.chosen not in self.bench.standing.demonstrations:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import threading
 from collections import OrderedDict
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping
 from concurrent.futures import Future
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -18,20 +18,7 @@ from demospec.report import more_answers
 from demospec.rules import ClearanceRule, Query, learn_rules, query_set
 from demospec.studio.session._distance_cache import fits, passing, path_digest
 from demospec.studio.session._distance_cache import near as measure
-
-
-@dataclass(frozen=True)
-class Conflict:
-    """One rejected demonstration that no clearance rule can tell from accepted ones.
-
-    Args:
-        demo_id: The rejected one.
-        against: Accepted ones that came at least as near to everything that it passed: as long
-            as they stand, nothing explains the rejection.
-    """
-
-    demo_id: str
-    against: tuple[str, ...]
+from demospec.studio.teach._conflicts import Conflict, conflicts
 
 
 @dataclass(frozen=True)
@@ -156,7 +143,7 @@ def _learned(data: DemonstrationSet, type: str) -> Understood:
     mine = of_type(data, type)
     assert mine is not None
     return Understood(
-        type, 0, 0, 0, rules.clearance, rules.sentence, sure, conflicts(mine)
+        type, 0, 0, 0, rules.clearance, rules.sentence, sure, conflicts(mine, measure)
     )  # fmt: skip
 
 
@@ -210,60 +197,3 @@ def of_type(data: DemonstrationSet, type: str) -> DemonstrationSet | None:
     """The demonstrations of one type; None where there are none."""
     rows = np.flatnonzero(data.demonstrations.type == type)
     return data.select(rows) if len(rows) else None
-
-
-def conflicts(data: DemonstrationSet) -> tuple[Conflict, ...]:
-    """Rejections that no clearance rule explains beside the acceptances, exactly.
-
-    A rule's clearance c_k ≥ 0 can be at most what every accepted path keeps. A rejected path
-    is explained iff it came nearer than that to some k; so it is not iff, for each k that it
-    passed, some accepted path came at least as near (or itself overlapped k).
-    """
-    d = data.demonstrations
-    near = np.full((len(d), len(data.symbols)), np.inf)
-    for scene_id, rows in data.rows_by_scene().items():
-        scene = data.scene(scene_id)
-        if scene.objects is not None:
-            near[rows] = measure(scene, d.paths_xy(rows), data.symbols)
-        else:
-            near[rows] = np.nan
-    seen = ~np.isnan(near).any(axis=1)
-    good = np.flatnonzero((d.valid == 1) & seen)
-    if not len(good):
-        return ()
-    least = near[good].min(axis=0)
-    who = good[near[good].argmin(axis=0)]
-    found = []
-    for row in np.flatnonzero((d.valid == 0) & seen):
-        explained = (near[row] < least) & (least >= 0)
-        if explained.any():
-            continue
-        # A path that passed nothing is contradicted by no one path, but by having no reason.
-        passed = np.flatnonzero(np.isfinite(near[row]))
-        against = sorted({int(who[k]) for k in passed if near[who[k], k] <= near[row, k]})
-        names = tuple(str(d.demo_id[i]) for i in _fewest(near, int(row), passed, good, against))
-        found.append(Conflict(str(d.demo_id[row]), names))
-    return tuple(found)
-
-
-def culprits(found: Sequence[Conflict]) -> list[tuple[Conflict, ...]]:
-    """Conflicts as they are to be asked about, those that explain most first.
-
-    An accepted path that alone contradicts three rejections or more is likelier to be wrong
-    than all of those: its conflicts are one question. Any other conflict is one of its own.
-    """
-    groups: dict[Hashable, list[Conflict]] = {}
-    for conflict in found:
-        groups.setdefault(conflict.against if len(conflict.against) == 1 else conflict, []).append(
-            conflict
-        )
-    asked: list[tuple[Conflict, ...]] = []
-    for group in groups.values():
-        asked += [tuple(group)] if len(group) >= 3 else [(one,) for one in group]
-    return sorted(asked, key=len, reverse=True)
-
-
-def _fewest(near: Any, row: int, passed: Any, good: Any, nearest: list[int]) -> list[int]:
-    """One accepted path that came as near to all of `passed` says more than several."""
-    alone = [int(i) for i in good if (near[i, passed] <= near[row, passed]).all()]
-    return alone[:1] or nearest

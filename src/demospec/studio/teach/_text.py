@@ -10,7 +10,9 @@ from markupsafe import Markup
 from demospec.demonstrations import Demonstration
 from demospec.frames import describe_length
 from demospec.report import VERDICTS, joined, short_name
-from demospec.studio.teach._summary import Conflict, Understood
+from demospec.rules import listed
+from demospec.studio.teach._conflicts import Conflict
+from demospec.studio.teach._summary import Understood
 
 
 def understood_html(found: Understood, scale: float | None, units: str) -> Markup:
@@ -91,29 +93,31 @@ def rows_html(demos: Iterable[Demonstration], chosen: str | None) -> list[tuple[
     ]  # fmt: skip
 
 
-def culprit_words(conflicts: Sequence[Conflict]) -> Markup:
-    """``#4 (accepted) contradicts 12 rejections``, in words."""
-    some = joined((_name(c.demo_id) for c in conflicts[:3]), ", ")
-    return Markup(
-        "{} is accepted, yet it comes at least as near as {} rejected paths ({}{}). Is it right?"
-    ).format(
-        _name(conflicts[0].against[0]), len(conflicts), some,
-        " and others" if len(conflicts) > 3 else "",
-    )  # fmt: skip
-
-
-def conflict_words(conflict: Conflict) -> Markup:
-    """``#7 (rejected) contradicts #4 and #9 (accepted)``, in words."""
-    name = _name(conflict.demo_id)
+def conflict_words(group: Sequence[Conflict], type: str) -> Markup:
+    """``You rejected #2 but accepted #20, which passes closer to a glass. Which is right?``"""
+    who = Markup("You") if type == "me" else Markup("{}").format(type)
+    if len(group) > 1:  # one accepted path against many rejected ones
+        some = joined((_name(c.demo_id) for c in group[:3]), ", ")
+        return Markup(
+            "{} accepted {}, which passes at least as close as {} paths that were rejected ({}{}). "
+            "Is that right?"
+        ).format(
+            who, _name(group[0].against[0]), len(group), some,
+            " and others" if len(group) > 3 else "",
+        )  # fmt: skip
+    (conflict,) = group
+    rejected = _name(conflict.demo_id)
     if not conflict.against:
-        return name + " is rejected, but passes nothing: distance cannot be the reason."
+        return Markup(
+            "{} rejected {}, but it passes nothing: distance cannot be the reason. Is that right?"
+        ).format(who, rejected)
     *others, last = [_name(o) for o in conflict.against]
-    return Markup(
-        "{} is rejected, yet {}, accepted, {} at least as near. Keep both, or change one?"
-    ).format(
-        name, joined([joined(others, ", "), last], " and ") if others else last,
-        "come" if others else "comes",
-    )  # fmt: skip
+    accepted = joined([joined(others, ", "), last], " and ") if others else last
+    what = listed([f"{'an' if s[:1] in 'aeiou' else 'a'} {s}" for s in conflict.symbols])
+    passes = "which together pass" if others else "which passes"
+    return Markup("{} rejected {} but accepted {}, {} closer to {}. Which is right?").format(
+        who, rejected, accepted, passes, what or "everything"
+    )
 
 
 def _name(demo_id: str) -> Markup:

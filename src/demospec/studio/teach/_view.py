@@ -10,6 +10,7 @@ from urllib.parse import quote
 from markupsafe import Markup
 
 from demospec.report import (
+    VERDICTS,
     ends_svg,
     joined,
     over_svg,
@@ -20,12 +21,12 @@ from demospec.report import (
     short_name,
     view_box,
 )
+from demospec.scene import Scene
 from demospec.studio.server._elements import element, fill
+from demospec.studio.teach._conflicts import Conflict
 from demospec.studio.teach._state import NEXT_AFTER, TeachState
-from demospec.studio.teach._summary import culprits
 from demospec.studio.teach._text import (
     conflict_words,
-    culprit_words,
     rows_html,
     understood_html,
 )
@@ -33,7 +34,17 @@ from demospec.studio.teach._text import (
 MOST_ROWS = 60
 """Paths listed for one scene; more are counted."""
 
+MOST_SIDES = 4
+"""Paths of one contradiction that are drawn beside each other."""
+
 Act = Callable[..., Coroutine[Any, Any, None]]
+
+
+def picture_url(scene: Scene) -> str | None:
+    """Where the browser finds a scene's picture."""
+    if scene.picture is None:
+        return None
+    return f"/api/scenes/{quote(scene.scene_id, safe='')}/picture.png"
 
 
 class TeachView:
@@ -48,6 +59,7 @@ class TeachView:
         self.on_act: Act
         self._shown_scene: tuple[Any, ...] | None = None
         self._shown_types: tuple[tuple[str, ...], str] | None = None
+        self._shown_conflicts: tuple[Any, ...] | None = None
 
     def build(self) -> None:
         """Builds the page inside the current element."""
@@ -151,7 +163,7 @@ class TeachView:
                     "plain-button"
                 )
             self.marked = ui.element("div").classes("marked")
-            self.find = self._button("Find objects by themselves", "find")
+            self.find = self._button("Find objects automatically", "find")
 
     def _show_objects(self) -> None:
         state = self.state
@@ -233,16 +245,15 @@ class TeachView:
         scene = state.scene
         standing = bench.standing
         place = list(standing.scenes).index(scene.scene_id)
-        now = (scene.scene_id, len(standing.scenes), [o.id for o in scene.objects or ()])
+        now = (scene.scene_id, len(standing.scenes), scene.objects, scene.start, scene.goal)
         if self._shown_scene != now:
             self._shown_scene = now
             self._show_objects()
-            url = (
-                None
-                if scene.picture is None
-                else f"/api/scenes/{quote(scene.scene_id, safe='')}/picture.png"
-            )
-            fill(self.picture, scene_svg(scene, picture_url=url))
+            # What people outlined is always seen; what a picture shows by itself, on hovering.
+            marked = bench.may_mark(scene.scene_id)
+            look = "scene outlined" if marked else "scene"
+            url = picture_url(scene)
+            fill(self.picture, scene_svg(scene, picture_url=url, look=look, names=marked))
             x, y, width, height = view_box(scene)
             fill(
                 self.pen,
@@ -273,6 +284,7 @@ class TeachView:
         )
         self._show_marks()
         self._show_list()
+        self._show_conflicts()
         self.show_advice()
         can_undo, can_redo = bench.journal.can(state.actor)
         judged = state.chosen is not None or state.asked is not None
@@ -327,33 +339,73 @@ class TeachView:
 
     def show_understood(self, seconds: float) -> None:
         """Rule, rings, conflicts."""
-        from nicegui import ui
 
         state, bench = self.state, self.state.bench
         told = understood_html(state.understood, bench.metres_per_unit, bench.units)
         fill(self.words, told)
         self.words.props(f"data-ms={1000 * seconds:.0f} data-version={bench.version}")
         self._show_marks()
-        self.conflicts.clear()
-        with self.conflicts:
-            asked = culprits(state.conflicts)
-            for some in asked[:3]:
-                with ui.element("div").classes("conflict").props("role=group"):
-                    alone = len(some) == 1
-                    words = conflict_words(some[0]) if alone else culprit_words(some)
-                    element(words, "p")
-                    self._choice("Keep" if alone else "Keep all", "keep", some)
-                    if alone:
-                        name = some[0].demo_id
-                        self._choice(f"Accept {short_name(name)}", "change", (name, True))
-                    for other in some[0].against:
-                        self._choice(f"Reject {short_name(other)}", "change", (other, False))
-            if len(asked) > 3:
-                element(f"and {len(asked) - 3} more", "p")
+        self._show_conflicts()
 
-    def _choice(self, words: str, what: str, value: Any) -> None:
-        element(words, "button").props("type=button").classes("plain-button small").on(
-            "click", lambda: self.on_act(what, value), args=[]
+    def _show_conflicts(self) -> None:
+        """One contradiction, both sides of it drawn; the others a click away."""
+        from nicegui import ui
+
+        state = self.state
+        asked = state.conflicts
+        state.doubt = min(state.doubt, max(len(asked) - 1, 0))
+        now = (state.bench.version, state.type, state.doubt, asked)
+        if now == self._shown_conflicts:
+            return
+        self._shown_conflicts = now
+        self.conflicts.clear()
+        if not asked:
+            return
+        group = asked[state.doubt]
+        with self.conflicts, ui.element("div").classes("conflict").props("role=group") as card:
+            card.props["aria-label"] = "Contradiction"
+            if len(asked) > 1:
+                with ui.element("div").classes("conflict-which"):
+                    element(f"Contradiction {state.doubt + 1} of {len(asked)}", "span")
+                    for sign, words, by in (("←", "Previous", -1), ("→", "Next", 1)):
+                        button = self._choice(sign, "doubt", by)
+                        button.props["aria-label"] = f"{words} contradiction"
+            element(conflict_words(group, state.type), "p")
+            self._show_sides(group)
+            alone = len(group) == 1
+            for other in group[0].against:
+                self._choice(f"Reject {short_name(other)}", "change", (other, False))
+            if alone:
+                name = group[0].demo_id
+                self._choice(f"Accept {short_name(name)}", "change", (name, True))
+            rejected = tuple(c.demo_id for c in group)
+            words = "Both are right" if alone and group[0].against else "All are right"
+            self._choice(words if group[0].against else "It is right", "keep", rejected)
+
+    def _show_sides(self, group: tuple[Conflict, ...]) -> None:
+        """The paths that contradict each other, side by side; a click chooses one."""
+        from nicegui import ui
+
+        bench = self.state.bench
+        demos = bench.standing.demonstrations
+        names = dict.fromkeys([*group[0].against, *(c.demo_id for c in group)])
+        with ui.element("div").classes("sides"):
+            for name in list(names)[:MOST_SIDES]:
+                demo = demos[name]
+                scene = bench.scene(demo.scene_id)
+                drawn = scene_svg(scene, paths_svg([demo]), picture_url=picture_url(scene))
+                words = f"{short_name(name)} {VERDICTS[demo.valid]}"
+                button = element(Markup("{}<span>{}</span>").format(drawn, words), "button")
+                button.props("type=button").classes("side").on(
+                    "click", lambda name=name: self.on_act("pick", name), args=[]
+                )
+
+    def _choice(self, words: str, what: str, value: Any) -> Any:
+        return (
+            element(words, "button")
+            .props("type=button")
+            .classes("plain-button small")
+            .on("click", lambda: self.on_act(what, value), args=[])
         )
 
     def show_advice(self) -> None:

@@ -47,13 +47,18 @@ def read_coco(document: dict[str, Any], path: Path) -> list[ListedObjects]:
         if sizes.setdefault(name, size) != size:
             raise InputError(f"the size of {name} as before, {sizes[name]}", size, file=path,
                              row=row, field="images.width")  # fmt: skip
+    seen: set[int | str] = set()
     for row, item in enumerate(_list(document, "annotations", path)):
         if not isinstance(item, dict):
             raise InputError("an object", item, file=path, row=row, field="annotations")
+        own = item.get("id")
+        if isinstance(own, (int, str)) and own in seen:
+            raise InputError("each id once", own, file=path, row=row, field="annotations.id")
+        seen |= {own} if isinstance(own, (int, str)) else set()
         image, category = item.get("image_id"), item.get("category_id")
-        if image not in pictures:
+        if not isinstance(image, (int, str)) or image not in pictures:
             raise InputError("a picture of images", image, file=path, row=row, field="image_id")
-        if category not in categories:
+        if not isinstance(category, (int, str)) or category not in categories:
             raise InputError("one of categories", category, file=path, row=row,
                              field="category_id")  # fmt: skip
         name = pictures[image][0]

@@ -81,7 +81,10 @@ def _read_image(image: Any, row: int, path: Path, source: Source) -> None:
     for item in image:
         if item.tag in _NO_SHAPES:
             continue
-        label = item.get("label") or "object"
+        label = item.get("label")
+        if not label:
+            raise InputError("a label", "none", file=path, row=f"image {row}, {item.tag}",
+                             field="label")  # fmt: skip
         fields = {"label": label, **attributes(item)}
         if item.tag == "polyline":
             where = f"image {row}, polyline {number}"

@@ -77,7 +77,10 @@ def read_tracks(root: Any, tracks: list[Any], path: Path, source: Source) -> Non
 def _read_track(element: Any, row: int, path: Path) -> _Track | None:
     frames: list[float] = []
     shapes: list[Footprint | tuple[float, float] | None] = []
-    fields: dict[str, Any] = {"class": element.get("label") or "object"}
+    label = element.get("label")
+    if not label:
+        raise InputError("a label", "none", file=path, row=f"track {row}", field="label")
+    fields: dict[str, Any] = {"class": label}
     for item in element:
         if item.tag == "attribute":
             continue

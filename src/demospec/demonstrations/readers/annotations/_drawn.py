@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -10,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from demospec.demonstrations._trajectory import MAX_COORDINATE
 from demospec.demonstrations.readers._recording import Source
 from demospec.errors import InputError
 from demospec.frames import FloatArray
@@ -17,13 +17,13 @@ from demospec.scene import Picture
 
 
 def number(value: Any, path: Path, row: int | str, name: str) -> float:
-    """A finite number of a JSON document.
+    """A number of a JSON document, of a size that a picture's may have.
 
     Raises:
         InputError: Anything else.
     """
     wrong = isinstance(value, bool) or not isinstance(value, (int, float))
-    if wrong or not math.isfinite(value):
+    if wrong or not abs(value) <= MAX_COORDINATE:
         found = "nothing" if value is None else value
         raise InputError("a number", found, file=path, row=row, field=name)
     return float(value)
@@ -34,6 +34,8 @@ def corners(value: Any, path: Path, row: int | str, name: str, *, least: int = 1
     expected = f"at least {least} points [x, y]"
     pairs = value if isinstance(value, list) else []
     pairs = [[c.get("x"), c.get("y")] if isinstance(c, dict) else c for c in pairs]
+    if any(isinstance(v, bool) for p in pairs if isinstance(p, list) for v in p):
+        raise InputError("numbers", "a truth value", file=path, row=row, field=name)
     try:
         points = np.array(pairs, dtype=np.float64)
     except (TypeError, ValueError, OverflowError) as error:
@@ -41,9 +43,22 @@ def corners(value: Any, path: Path, row: int | str, name: str, *, least: int = 1
     if points.ndim != 2 or points.shape[1] != 2 or len(points) < least:
         found = f"shape {points.shape}" if points.size else "none"
         raise InputError(expected, found, file=path, row=row, field=name)
-    if not np.isfinite(points).all():
-        raise InputError("finite numbers", "others", file=path, row=row, field=name)
+    if not (np.abs(points) <= MAX_COORDINATE).all():
+        expected = f"finite numbers of size at most {MAX_COORDINATE:.0e}"
+        raise InputError(expected, "others", file=path, row=row, field=name)
     return points
+
+
+def word(value: Any, name: str) -> str:
+    """A class as it is written: text, or a whole number.
+
+    Raises:
+        InputError: Anything else, or nothing.
+    """
+    if isinstance(value, bool) or not isinstance(value, (str, int)) or value == "":
+        found = "nothing" if value is None or value == "" else value
+        raise InputError("a class of object", found, field=name)
+    return str(value)
 
 
 def picture_beside(folder: Path, name: str | None) -> Callable[[], Picture] | None:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from demospec.demonstrations.readers._recording import ListedObjects
-from demospec.demonstrations.readers.annotations._drawn import corners, number
+from demospec.demonstrations.readers.annotations._drawn import corners, number, word
 from demospec.demonstrations.readers.annotations._masks import picture_mask
 from demospec.demonstrations.readers.annotations._names import names_of
 from demospec.demonstrations.readers.annotations._shapes import (
@@ -46,10 +46,12 @@ def read_labelme(document: dict[str, Any], path: Path) -> ListedObjects:
     for row, item in enumerate(_list(document.get("shapes"), path, "shapes")):
         if not isinstance(item, dict):
             raise InputError("an object", item, file=path, row=row, field="shapes")
-        label = str(item.get("label") or "")
         group = item.get("group_id")
-        key = (label, f"alone-{row}" if group is None else group)
+        if not (group is None or isinstance(group, (int, str))):
+            raise InputError("a number or none", group, file=path, row=row, field="group_id")
         try:
+            label = word(item.get("label"), "label")
+            key = (label, f"alone-{row}" if group is None else group)
             groups.setdefault(key, []).append(_labelme_shape(item, path, row))
         except InputError as error:
             raise error.at(file=path, row=row) from error
@@ -98,7 +100,7 @@ def read_via(document: dict[str, Any], path: Path) -> list[ListedObjects]:
         name = item.get("filename") if isinstance(item, dict) else None
         if not isinstance(name, str) or not name:
             raise InputError("a picture with a filename", name, file=path, row=row)
-        regions = item.get("regions") or []
+        regions = item.get("regions")
         if isinstance(regions, dict):  # VIA 1
             regions = list(regions.values())
         objects = ObjectList()
@@ -129,9 +131,9 @@ def _via_class(given: Any) -> str:
 def _via_word(value: Any) -> str:
     """An attribute's text; of a checkbox the only choice that is ticked."""
     if isinstance(value, dict):
-        ticked = [str(k) for k, v in value.items() if v]
+        ticked = [str(k) for k, v in value.items() if v is True]
         return ticked[0] if len(ticked) == 1 else ""
-    return "" if value is None else str(value)
+    return "" if value is None or value == "" else word(value, "region_attributes")
 
 
 def _via_shape(given: Any, path: Path, row: str) -> Shape:
@@ -176,7 +178,7 @@ def read_supervisely(document: dict[str, Any], path: Path) -> ListedObjects:
             raise InputError("an object", item, file=path, row=row, field="objects")
         try:
             shape = _supervisely_shape(item, path, row)
-            add_shape(objects, str(item.get("classTitle") or ""), shape)
+            add_shape(objects, word(item.get("classTitle"), "classTitle"), shape)
         except InputError as error:
             raise error.at(file=path, row=row) from error
     name = path.name.removesuffix(".json")
@@ -194,9 +196,9 @@ def _supervisely_shape(item: dict[str, Any], path: Path, row: int) -> Shape:
     points = item.get("points") if isinstance(item.get("points"), dict) else {}
     assert isinstance(points, dict)
     least = {"rectangle": 2, "polygon": 3, "point": 1}
-    if kind not in least:
+    if not isinstance(kind, str) or kind not in least:
         raise InputError("rectangle, polygon, bitmap or point", kind, field="geometryType")
-    rim = corners(points.get("exterior"), path, row, "points.exterior", least=least[str(kind)])
+    rim = corners(points.get("exterior"), path, row, "points.exterior", least=least[kind])
     if kind == "polygon":
         return polygons([rim])
     if kind == "point":

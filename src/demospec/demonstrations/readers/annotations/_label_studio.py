@@ -144,8 +144,11 @@ def _regions(annotation: dict[str, Any], path: Path, row: int) -> Iterator[Regio
         raise InputError("a list of regions", "something else", file=path, row=row, field="result")
     groups: dict[str, list[dict[str, Any]]] = {}
     for number, entry in enumerate(entries):
-        if isinstance(entry.get("value"), dict):  # a relation has none
+        if isinstance(entry.get("value"), dict):
             groups.setdefault(str(entry.get("id", f"region-{number}")), []).append(entry)
+        elif entry.get("type") != "relation":  # which has none
+            raise InputError("an object value", entry.get("value"), file=path,
+                             row=f"task {row}, entry {number}", field="value")  # fmt: skip
     for key, group in groups.items():
         yield Region(key, group, path, row)
 

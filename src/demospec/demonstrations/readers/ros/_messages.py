@@ -46,6 +46,11 @@ def is_path_type(kind: str) -> bool:
     return _short(kind) in _PATH_TYPES
 
 
+def is_joint_type(kind: str) -> bool:
+    """Whether messages of this type hold joint values by name."""
+    return _short(kind) == "JointState"
+
+
 def is_transform_type(kind: str) -> bool:
     """Whether messages of this type say how frames lie in each other."""
     return _short(kind) in _TRANSFORM_TYPES
@@ -84,7 +89,7 @@ def points_of(message: Any, kind: str, file: Path) -> tuple[tuple[str, ...], Flo
     """
     if is_whole_path(message):
         poses = list(message.poses)
-        found = [_pose(pose) for pose in poses]
+        found = [_pose(pose, kind) for pose in poses]
         if any(row is None for row in found):
             raise InputError("positions", kind, file=file, field="path")
         return _table([row for row in found if row is not None])
@@ -95,7 +100,7 @@ def points_of(message: Any, kind: str, file: Path) -> tuple[tuple[str, ...], Flo
             found_n = f"{values.shape[1]} positions, {len(names)} names"
             raise InputError("one position a joint", found_n, file=file, field="path")
         return names, values
-    row = _pose(message)
+    row = _pose(message, kind)
     if row is None:
         expected = "a pose, point, transform, path, odometry or joint state"
         raise InputError(expected, kind, file=file, field="path")
@@ -108,8 +113,10 @@ def _table(rows: list[tuple[float, ...]]) -> tuple[tuple[str, ...], FloatArray]:
     return POSE[:width], points
 
 
-def _pose(message: Any) -> tuple[float, ...] | None:
-    """x, y, z, and qx, qy, qz, qw where the message has an orientation."""
+def _pose(message: Any, kind: str) -> tuple[float, ...] | None:
+    """x, y, z, and qx, qy, qz, qw where the message has an orientation; x, y of a flat type."""
+    if _short(kind).rstrip("Dd").endswith("2"):  # Pose2D, Point2
+        return _numbers(message, "xy")
     for place, turn in _WAYS:
         at = _numbers(_down(message, place), "xyz")
         if at is None:
@@ -126,12 +133,13 @@ def _down(message: Any, way: tuple[str, ...]) -> Any:
 
 
 def _numbers(here: Any, axes: str) -> tuple[float, ...] | None:
-    values = [getattr(here, axis, None) for axis in axes]
-    if len(axes) == 3 and values[2] is None:
-        values[2] = 0.0  # Pose2D, Point2
-    if any(isinstance(v, bool) or not isinstance(v, (int, float)) for v in values):
-        return None
-    return tuple(float(v) for v in values if v is not None)
+    values: list[float] = []
+    for axis in axes:
+        value = getattr(here, axis, None)
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
+            return None
+        values.append(float(value))
+    return tuple(values)
 
 
 def frame_of(message: Any) -> str | None:

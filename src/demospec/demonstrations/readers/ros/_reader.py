@@ -25,6 +25,7 @@ from demospec.demonstrations.readers.ros._frames import FramePath, FrameTree
 from demospec.demonstrations.readers.ros._messages import (
     image_pixels,
     is_image,
+    is_joint_type,
     is_path_type,
     is_plain,
     is_transform_type,
@@ -176,9 +177,11 @@ def _path_topic(bag: Bag, mapping: Mapping, file: Path) -> tuple[str, str | None
         if topic not in bag.topics:
             raise InputError(f"a topic {topic}", listed, file=file, field="path")
     else:
-        found = [t for t, kinds in bag.topics.items() if is_path_type(kinds[0])]
+        wanted = is_path_type if mapping.robot is None else is_joint_type
+        found = [t for t, kinds in bag.topics.items() if wanted(kinds[0])]
         if len(found) != 1:
-            expected = "one topic of poses; say which: --path TOPIC"
+            what = "poses" if mapping.robot is None else "joint states"
+            expected = f"one topic of {what}; say which: --path TOPIC"
             raise InputError(expected, listed, file=file, field="path")
         topic = found[0]
     if len(bag.topics[topic]) > 1:

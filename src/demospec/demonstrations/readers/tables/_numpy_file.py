@@ -73,7 +73,10 @@ def read_npz(file: Path, name: str, folders: tuple[str, ...], mapping: Mapping) 
                 raise InputError(f"at most {8 * MAX_NUMBERS} bytes of arrays", whole, file=file)
             for item in archive.infolist():
                 data = io.BytesIO(archive.read(item))
-                arrays[item.filename.removesuffix(".npy")] = _load_array(data, file)
+                own = item.filename.removesuffix(".npy")
+                if own in arrays:
+                    raise InputError("each array once", f"{own} twice", file=file)
+                arrays[own] = _load_array(data, file)
     except (zipfile.BadZipFile, OSError, EOFError, NotImplementedError, RuntimeError, ValueError,
             MemoryError) as error:  # fmt: skip
         raise InputError("a NumPy archive (.npz)", str(error), file=file) from error

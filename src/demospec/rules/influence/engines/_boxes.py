@@ -1,4 +1,4 @@
-"""Many boxes in (T_min, r) at once, and what the rows say of them.
+"""Boxes in (T_min, r), many at once: contraction by the rows, and bounds of their sums.
 
 A box is contracted by what every row allows given the others' best case, dropped when a row
 cannot be met anywhere in it, and *entailed* when all rows are met everywhere in it.

@@ -1,4 +1,4 @@
-"""Exact branch and bound on boxes in (T_min, radii), for any number of parameters.
+"""Branch and bound on boxes in (T_min, radii), exact, for any number of parameters.
 
 Every goal (least and greatest L, T_min, r_k) has boxes of its own, cut to what would improve
 it; all goals share the consistent points that any of them finds. Boxes are worked on by the

@@ -1,4 +1,4 @@
-"""Counting the consistent parameters in a search's window, box by box."""
+"""Counting of the consistent parameters in a search's window, box by box."""
 
 from __future__ import annotations
 

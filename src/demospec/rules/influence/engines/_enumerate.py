@@ -1,4 +1,4 @@
-"""Exact sweep of one component: every T_min, every radius but the last, an interval for that.
+"""Enumeration of one component: every T_min, every radius but the last, an interval for that.
 
 For fixed T_min and fixed other radii, the consistent values of the last radius are an
 interval: its upper end comes from the valid rows, its lower end from the invalid rows that

@@ -1,4 +1,4 @@
-"""The exact engine: presolve, a sweep or a branch and bound, and one answer from components."""
+"""Exact engine: presolve, enumeration or branch and bound, and one answer from components."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from demospec.rules.influence._answer import InfluenceAnswer, Parameters, Status
+from demospec.rules.influence._effort import EFFORT, Effort
 from demospec.rules.influence.engines._arithmetic import IntArray
 from demospec.rules.influence.engines._boxes import Rows, StepRows
 from demospec.rules.influence.engines._branch_and_bound import (
@@ -25,7 +26,6 @@ from demospec.rules.influence.engines._branch_and_bound import (
     goals_of,
 )
 from demospec.rules.influence.engines._counting import count_points, first_optimum
-from demospec.rules.influence.engines._effort import EFFORT, Effort
 from demospec.rules.influence.engines._enumerate import SliceTable, sweep
 from demospec.rules.influence.engines._points import PointRows
 from demospec.rules.influence.engines._presolve import (

@@ -1,4 +1,4 @@
-"""Contradict as few demonstrations as possible: the exact smallest number, and the envelope.
+"""Minimum-violation fit: the fewest contradicted demonstrations, exactly, and the envelope.
 
 `contradicted` holds the exact smallest number of contradicted demonstrations, and names those
 that the least parameters with that number contradict. Optima, hull and count describe every
@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from demospec.rules.influence._answer import InfluenceAnswer, Parameters
+from demospec.rules.influence._effort import EFFORT, Effort
 from demospec.rules.influence._label_noise import LABEL_NOISE, slack_of
 from demospec.rules.influence._problem import RuleProblem
 from demospec.rules.influence.engines._arithmetic import IntArray
@@ -23,7 +24,6 @@ from demospec.rules.influence.engines._branch_and_bound import (
     Found,
     Search,
 )
-from demospec.rules.influence.engines._effort import EFFORT, Effort
 from demospec.rules.influence.engines._exact import answer, point_rows, search_everything
 from demospec.rules.influence.engines._min_violations_grid import by_grid, small
 from demospec.rules.influence.engines._presolve import Domain, whole_domain

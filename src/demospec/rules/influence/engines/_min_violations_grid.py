@@ -1,4 +1,4 @@
-"""Contradictions counted cell by cell, where every block has one or two parameters.
+"""Minimum-violation fit cell by cell, where every block has one or two parameters.
 
 A cell's *excess* is by how many more rows it contradicts than the best cell of its block at the
 same T_min. Cells of given excesses are a product over the blocks, as consistent cells are; so
@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from demospec.rules.influence._answer import InfluenceAnswer, Parameters
+from demospec.rules.influence._effort import EFFORT, Effort
 from demospec.rules.influence.engines._arithmetic import IntArray
-from demospec.rules.influence.engines._effort import EFFORT, Effort
 from demospec.rules.influence.engines._enumerate import Grid, SliceTable, first_rows
 from demospec.rules.influence.engines._exact import answer, combine
 from demospec.rules.influence.engines._presolve import Component

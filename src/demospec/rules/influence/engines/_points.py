@@ -1,4 +1,4 @@
-"""Rows of readings that do not separate: step functions, and points that objects share.
+"""Rows with shared points, for readings that do not separate into step functions.
 
 Under `max_active`, `nearest_active` and `first` the penalty of a point that two objects reach
 depends on both radii. Over a box such a point costs between two whole numbers, equal where

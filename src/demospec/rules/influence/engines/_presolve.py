@@ -17,8 +17,8 @@ from math import prod
 
 import numpy as np
 
+from demospec.rules.influence._effort import EFFORT, Effort
 from demospec.rules.influence.engines._arithmetic import IntArray
-from demospec.rules.influence.engines._effort import EFFORT, Effort
 from demospec.rules.influence.engines._shared_points import BoolArray
 from demospec.rules.influence.engines._step_functions import Block, StepProblem
 

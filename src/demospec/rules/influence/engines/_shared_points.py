@@ -1,4 +1,4 @@
-"""Points that two or more objects reach, which no step function of one radius describes."""
+"""Shared points: within reach of two or more objects, so of no step function of one radius."""
 
 from __future__ import annotations
 

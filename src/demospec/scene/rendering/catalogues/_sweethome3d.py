@@ -10,6 +10,7 @@ there the test looks are mirrored and coloured as no training look is. There is 
 
 from __future__ import annotations
 
+import os
 import re
 import zipfile
 from collections.abc import Mapping
@@ -26,12 +27,15 @@ from demospec.scene.rendering.catalogues._builtin_looks import GLAZES, rng_of
 from demospec.scene.rendering.catalogues._items import CatalogueItem
 from demospec.scene.rendering.catalogues._obj import read_obj
 
-FOLDERS = (
-    Path("/usr/share/sweethome3d/furniture"),
-    Path("/usr/share/sweethome3d-furniture"),
-    Path("/usr/share/sweethome3d/plugins"),
-)
-"""Where Debian puts the libraries."""
+_PLACES = ("sweethome3d/furniture", "sweethome3d-furniture", "sweethome3d/plugins")
+"""Where Debian puts the libraries, below a folder of shared data."""
+
+
+def library_folders() -> tuple[Path, ...]:
+    """Where libraries are looked for: below every folder of ``XDG_DATA_DIRS``."""
+    shared = os.environ.get("XDG_DATA_DIRS") or "/usr/local/share:/usr/share"
+    return tuple(Path(root) / place for root in shared.split(":") if root for place in _PLACES)
+
 
 LICENCES = {
     "KatorLegaz": "CC BY 3.0 US",
@@ -132,13 +136,13 @@ _LOOKS = {"train": 16, "test": 8}
 """About as many looks a symbol as the builtin catalogue has."""
 
 
-def sweethome3d_items() -> tuple[CatalogueItem, ...]:
-    """The items of all models whose libraries are installed.
+def sweethome3d_items(folders: tuple[Path, ...]) -> tuple[CatalogueItem, ...]:
+    """The items of all models whose libraries lie in one of the folders.
 
     Raises:
         MissingPackageError: No library is found.
     """
-    libraries = _libraries()
+    libraries = _libraries(folders)
     if not libraries:
         raise MissingPackageError("sweethome3d-furniture", "the catalogue sweethome3d")
     items = []
@@ -155,10 +159,10 @@ def sweethome3d_items() -> tuple[CatalogueItem, ...]:
     return tuple(items)
 
 
-def _libraries() -> dict[str, Path]:
-    """Library name → file, of those that are installed."""
+def _libraries(folders: tuple[Path, ...]) -> dict[str, Path]:
+    """Library name → file, of those that are there."""
     found: dict[str, Path] = {}
-    for folder in FOLDERS:
+    for folder in folders:
         for name in LICENCES:
             file = folder / f"{name}.sh3f"
             if name not in found and file.is_file():

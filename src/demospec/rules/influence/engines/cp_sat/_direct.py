@@ -1,4 +1,4 @@
-"""The `direct` engine: one fully reified channel per point and object, as the paper writes it.
+"""CP-SAT encoding `direct`: one fully reified channel per point and object, as the paper writes it.
 
 Kept as the documented reference. Every literal is channelled both ways: with half of a
 reification missing the solver may call a point outside that is inside, and the optimum is
@@ -21,7 +21,7 @@ from demospec.rules.influence.engines._arithmetic import (
     exact_penalty,
     exact_square,
 )
-from demospec.rules.influence.engines._cp_sat import Encoding, variables
+from demospec.rules.influence.engines.cp_sat._encoding import Encoding, variables
 
 
 def encode_direct(problem: RuleProblem) -> Encoding:

@@ -12,8 +12,8 @@ from typing import Any
 from ortools.sat.python import cp_model
 
 from demospec.rules.influence._answer import InfluenceAnswer, Parameters, Status
+from demospec.rules.influence._effort import ENUMERATED
 from demospec.rules.influence._problem import RuleProblem
-from demospec.rules.influence.engines._effort import ENUMERATED
 
 
 @dataclass
