@@ -48,3 +48,30 @@ def test_every_room_keeps_its_private_modules() -> None:
     }
     rooms = [f"demospec.{f.parent.name}" for f in (root / "src/demospec").glob("*/__init__.py")]
     assert kept == {room: [f"{room}.**"] for room in rooms}
+
+
+def test_no_circles_of_imports() -> None:
+    """Imports inside functions count, those for type checkers do not; packages only list names."""
+    import grimp
+    import numpy as np
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    graph = grimp.build_graph("demospec", exclude_type_checking_imports=True, cache_dir=None)
+    modules = sorted(m for m in graph.modules if not graph.find_children(m))
+    number = {name: i for i, name in enumerate(modules)}
+    pairs = [
+        (number[a], number[b])
+        for a in modules
+        for b in graph.find_modules_directly_imported_by(a)
+        if b in number
+    ]
+    rows, columns = np.array(pairs).T
+    matrix = coo_matrix((np.ones(len(pairs)), (rows, columns)), shape=(len(modules),) * 2)
+    count, circle = connected_components(matrix, directed=True, connection="strong")
+    found = [
+        [modules[i] for i in np.flatnonzero(circle == k)]
+        for k in range(count)
+        if (circle == k).sum() > 1
+    ]
+    assert found == []
