@@ -109,9 +109,9 @@ def test_what_is_ignored_is_passed_over_not_through() -> None:
 def test_contact_is_seen_and_measured() -> None:
     from demospec.execution._execute import _simulate_gantry
 
-    place = Placement(PixelFrame(100, M), (0.4, 0.4, 0.7))
+    place = Placement(PixelFrame(100, M), (0.4, 0.4, 0.7), size=(100.0, 100.0))
     through = place.to_world(np.array([[10.0, 55.0], [90.0, 55.0]]), 0.06)
-    _, monitor = _simulate_gantry(table(), place, (100, 100), through, (0.015, 0.05), 0.2)
+    _, monitor = _simulate_gantry(table(), place, through, (0.015, 0.05), 0.2)
     touched = [c for c in monitor.found if "object/glass-0" in (c.first, c.second)]
     assert touched
     assert touched[0].depth_m > 0
@@ -181,8 +181,8 @@ def test_arm_carries_within_its_limits(robot: str, carried: str) -> None:
     plan, scene, arm = planned(), table(), ARMS[robot]
     rollout = execute_plan(plan, scene, RULES, robot=robot, carried=carried)
     check_good(rollout)
-    place, size = table_placement(plan, scene, arm)
-    world = build_world(arm, scene, place, size, *CARRIED[carried])
+    place = table_placement(plan, scene, arm)
+    world = build_world(arm, scene, place, *CARRIED[carried])
     model, joints = world.model, rollout.motion.joints
     limited = model.jnt_limited.astype(bool)
     low, high = model.jnt_range[limited].T

@@ -27,8 +27,11 @@ def execute(
     envelope: Envelope = "upper",
     planner: Planner = "grid",
     allowance: Annotated[
-        float, typer.Option(help="Keep this many units more, for the tracking error.")
-    ] = 0.5,
+        float | None,
+        typer.Option(
+            help="Keep this many units of the set more, for the tracking error; default 4 mm."
+        ),
+    ] = None,
     truth: Annotated[
         Path | None, typer.Option(help="Judge the executed path by this rule file instead.")
     ] = None,
@@ -45,15 +48,18 @@ def execute(
     """
     from demospec.demonstrations import read_set
     from demospec.errors import InputError
-    from demospec.execution import execute_plan
+    from demospec.execution import ALLOWANCE_M, execute_plan
     from demospec.planning import plan_path, read_plannable
 
     if video not in ("gif", "mp4", "none"):
         raise InputError("gif, mp4 or none", video, field="video")
     data = read_set(set_folder)
     known = read_plannable(rules, data)
-    judge = known if truth is None else read_plannable(truth)
+    judge = known if truth is None else read_plannable(truth, data)
     where = data.scene(scene)
+    if allowance is None:
+        scale = data.scale_of(where)
+        allowance = 0.0 if scale is None else ALLOWANCE_M / scale
     plan = plan_path(
         known,
         where,

@@ -71,9 +71,10 @@ def repair(
         print_json(document)
     elif out is None:
         rows = [
-            [r.demo_id, r.scene_id, r.moved, r.steps, r.p_valid, r.rule_valid] for r in answer.items
+            [r.demo_id, r.scene_id, answer.length(r.moved), r.steps, r.p_valid, r.rule_valid]
+            for r in answer.items
         ]
-        header = ("demonstration", "scene", "moved, px", "steps", "p(valid)", "rule accepts")
+        header = ("demonstration", "scene", "moved", "steps", "p(valid)", "rule accepts")
         print_table("", header, rows, answer.summary())
     else:
         say(answer.summary())

@@ -39,6 +39,7 @@ def sample(
 ) -> None:
     """Sample varied trajectories that a type of user accepts, on every side of an object."""
     from demospec.demonstrations import read_set
+    from demospec.frames import describe_length
     from demospec.specification import load_model, sample_valid
 
     data = read_set(set_folder)
@@ -62,6 +63,9 @@ def sample(
         ]
         note = (
             f"{answer.modes} region(s) of valid control points, {answer.valid_share:.0%} of the "
-            f"plane; two curves differ by {answer.diversity:.1f} px on average (largest gap)."
+            f"plane; two curves differ by "
+            f"{describe_length(answer.diversity, data.metres_per_unit, data.units)} on average "
+            "(largest gap)."
         )
-        print_table("", ("", "control x, px", "control y, px", "region", "p(valid)"), rows, note)
+        header = ("", f"control x, {data.units}", f"control y, {data.units}", "region", "p(valid)")
+        print_table("", header, rows, note)

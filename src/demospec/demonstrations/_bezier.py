@@ -110,7 +110,7 @@ def fit_bezier(points: ArrayLike, order: int = 2, *, refine: int = 20) -> FloatA
     line = p[0] + (p[-1] - p[0]) * (np.arange(1, order) / order)[:, None]
     if len(p) < 3 or chord[-1] == 0.0:
         return np.asarray(line)
-    scale2 = max(1.0, float(np.abs(p).max())) ** 2
+    scale2 = float(np.abs(p).max()) ** 2
     best, best_error = np.asarray(line, dtype=np.float64), np.inf
     for start in (np.linspace(0.0, 1.0, len(p)), chord / chord[-1]):
         control, error = _refined(p, start, line, refine, 1e-22 * scale2)
@@ -142,7 +142,7 @@ def _refined(
         for _ in range(3):
             trial_u = _project(p, trial_u, trial)
         trial_error = _error(p, trial_u, trial)
-        if trial_error < error:
+        if trial_error < error * (1 - 1e-9):
             control, u, error, slide = trial, trial_u, trial_error, max(slide / 3, 1e-4)
         else:
             slide *= 4
@@ -204,11 +204,18 @@ def resample(points: ArrayLike, n: int) -> FloatArray:
     return np.stack([np.interp(at, length, column) for column in p.T], axis=1)
 
 
-def densify(points: ArrayLike, spacing: float = 0.25) -> FloatArray:
-    """The path's own points plus points between them, no two further apart than `spacing`."""
+def densify(points: ArrayLike, spacing: float | None = None) -> FloatArray:
+    """The path's own points plus points between them, no two further apart than `spacing`.
+
+    Args:
+        spacing: Set units; by default a four hundredth of the path's longer side.
+    """
     p = checked_points(points)
-    if len(p) == 1:
+    side = float(np.ptp(p[:, :2], axis=0).max())
+    if len(p) == 1 or side == 0:
         return p
+    if spacing is None:
+        spacing = side / 400
     steps = np.linalg.norm(np.diff(p[:, :2], axis=0), axis=1)
     pieces = np.clip(np.ceil(steps / spacing), 1, 1_000_000).astype(np.int64)
     segment = np.repeat(np.arange(len(pieces)), pieces)

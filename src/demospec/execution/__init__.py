@@ -8,12 +8,22 @@ from demospec._lazy import names_of
 from demospec.execution._results import Contact, Motion, Rollout
 
 if TYPE_CHECKING:
-    from demospec.execution._execute import ROBOTS, execute_plan
+    from demospec.execution._execute import ALLOWANCE_M, ROBOTS, execute_plan
     from demospec.execution._video import save_strip, save_video
 
-__all__ = ["ROBOTS", "Contact", "Motion", "Rollout", "execute_plan", "save_strip", "save_video"]
+__all__ = [
+    "ALLOWANCE_M",
+    "ROBOTS",
+    "Contact",
+    "Motion",
+    "Rollout",
+    "execute_plan",
+    "save_strip",
+    "save_video",
+]
 
 _HOME = {
+    "ALLOWANCE_M": "_execute",
     "ROBOTS": "_execute",
     "execute_plan": "_execute",
     "save_strip": "_video",

@@ -1,4 +1,4 @@
-"""Carrying out a plan: the plan's pixels → metres → a robot in MuJoCo → what really happened."""
+"""Carrying out a plan: set units → metres → a robot in MuJoCo → what really happened."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ from demospec.execution._results import Motion, Rollout
 from demospec.execution._robots import ARMS, RobotArm
 from demospec.execution._table import Placement, object_height_m
 from demospec.execution._timing import time_path
-from demospec.frames import FloatArray, PixelFrame
+from demospec.frames import Axis, FloatArray, PixelFrame
+from demospec.geometry import bounds_of, path_distance
 from demospec.planning import Envelope, Plan, PlanCheck, Plannable, check_plan
 from demospec.scene import Scene
 
@@ -25,6 +26,9 @@ CARRIED = {"shaker": (0.015, 0.05), "drill": (0.03, 0.09)}
 """What is carried: radius and half height of an upright cylinder around it, metres."""
 
 SPEED_M_S = 0.12
+
+ALLOWANCE_M = 0.004
+"""Clearance that a plan keeps beyond its rule for the tracking error of whoever carries it out."""
 
 _LIFT_M = 0.02
 """Air between the carried body and the table, or the tallest thing that it passes over."""
@@ -73,16 +77,16 @@ def execute_plan(
     if not plan.found:
         return _nothing(plan, robot, carried, "no plan", plan.reason)
     arm, size = ARMS.get(robot), CARRIED[carried]
-    place, size_px = table_placement(plan, scene, arm)
+    place = table_placement(plan, scene, arm)
     if arm is None:
         lift = carry_height_m(plan.points, scene, place.frame, size[0])
         path = place.to_world(plan.points, lift + size[1])
-        motion, monitor = _simulate_gantry(scene, place, size_px, path, size, speed_m_s)
+        motion, monitor = _simulate_gantry(scene, place, path, size, speed_m_s)
     else:
         _need("mink", "executing a plan with an arm")
         lift = _ARM_LIFT_M + max([0.0, *(object_height_m(o) for o in scene.objects or ())])
         path = place.to_world(plan.points, lift + size[1])
-        reason, motion, monitor = _simulate_arm(arm, scene, place, size_px, path, size, speed_m_s)
+        reason, motion, monitor = _simulate_arm(arm, scene, place, path, size, speed_m_s)
         if reason:
             return _nothing(plan, robot, carried, "unreachable", reason)
     pixels = place.to_pixels(motion.executed_m)
@@ -110,46 +114,42 @@ def carry_height_m(points: FloatArray, scene: Scene, frame: PixelFrame, radius_m
     """
     under = [0.0]
     for item in scene.objects or ():
-        gap = float(item.outline.signed_distance(_dense(points)).min())
+        gap, _ = path_distance(item.outline, points[:, :2])
         if frame.length_to_metres(gap) < radius_m + _LIFT_M:
             under.append(object_height_m(item))
     return max(under) + _LIFT_M
 
 
-def _dense(points: FloatArray) -> FloatArray:
-    from demospec.demonstrations import densify
-
-    return densify(points, 0.5)
-
-
-def table_placement(
-    plan: Plan, scene: Scene, arm: RobotArm | None
-) -> tuple[Placement, tuple[int, int]]:
-    """Where the table stands, and its size in pixels."""
+def table_placement(plan: Plan, scene: Scene, arm: RobotArm | None) -> Placement:
+    """Where the table stands: under the picture, or under the scene's parts and the plan."""
     if scene.size_px is not None:
-        size = scene.size_px
+        low, high = np.zeros(2), np.array(scene.size_px, dtype=np.float64)
     else:
-        spread = [scene.start[:2], scene.goal[:2], *(o.center for o in scene.objects or ())]
-        wide, high = np.ceil(np.max(spread, axis=0)).astype(int)
-        size = (int(wide), int(high))
-    frame = PixelFrame(float(size[1]), plan.metres_per_unit)
-    width = frame.length_to_metres(float(size[0]))
+        box = bounds_of([plan.points, np.reshape(scene.bounds, (2, 2))])
+        assert box is not None
+        pad = 0.05 * scene.length_scale
+        low, high = np.array(box[:2]) - pad, np.array(box[2:]) + pad
+    width, depth = (high - low).tolist()
+    # A picture's y runs down; other coordinates keep their axes.
+    y: Axis = "up" if scene.size_px is None else "down"
+    frame = PixelFrame(depth, plan.metres_per_unit, y)
+    corner, size = (float(low[0]), float(low[1])), (width, depth)
     if arm is None:
-        return Placement(frame, (0.4, width / 2, 0.7)), size
-    options = [Placement(frame, corner, yaw) for corner, yaw in arm.stands]
+        near_left = (0.4, frame.length_to_metres(width) / 2, 0.7)
+        return Placement(frame, near_left, 0.0, corner, size)
+    options = [Placement(frame, stand, yaw, corner, size) for stand, yaw in arm.stands]
 
     def reach(option: Placement) -> float:
         offset = option.to_world(plan.points)[:, :2] - np.asarray(arm.shoulder_m)
         return float(np.hypot(*offset.T).max())
 
-    return min(options, key=reach), size
+    return min(options, key=reach)
 
 
 def _simulate_arm(
     arm: RobotArm,
     scene: Scene,
     place: Placement,
-    size_px: tuple[int, int],
     path: FloatArray,
     size: tuple[float, float],
     speed_m_s: float,
@@ -158,7 +158,7 @@ def _simulate_arm(
     from demospec.execution._track import PERIOD_S, drive, solve_motion
     from demospec.execution._world import build_world
 
-    world = build_world(arm, scene, place, size_px, *size)
+    world = build_world(arm, scene, place, *size)
     monitor = Monitor(world.model, world.moving)
     _, commanded = time_path(path, PERIOD_S, speed_m_s)
     solved = solve_motion(world, arm, commanded)
@@ -172,7 +172,6 @@ def _simulate_arm(
 def _simulate_gantry(
     scene: Scene,
     place: Placement,
-    size_px: tuple[int, int],
     path: FloatArray,
     size: tuple[float, float],
     speed_m_s: float,
@@ -182,7 +181,7 @@ def _simulate_gantry(
     from demospec.execution._gantry import follow
     from demospec.execution._world import STEP_S, build_gantry_world
 
-    world = build_gantry_world(scene, place, size_px, path[0], *size)
+    world = build_gantry_world(scene, place, path[0], *size)
     model = world.model
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)

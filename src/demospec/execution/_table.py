@@ -1,7 +1,8 @@
 """The table and the scene's objects as three-dimensional bodies in MuJoCo.
 
-World frame: metres, z up, the robot at the origin looking along +x. The picture's bottom edge
-is the table's edge nearest to the robot, so picture right is world −y and picture up world +x.
+World frame: metres, z up, the robot at the origin looking along +x. The edge of the table with the
+least y (of a picture: its bottom edge) is the nearest to the robot, so that the scene's +x is
+world −y and what is up in a picture world +x.
 """
 
 from __future__ import annotations
@@ -36,32 +37,42 @@ class Placement:
     """Where the table frame lies in the world.
 
     Args:
-        frame: The scene's pixel frame.
-        near_left_m: World (x, y, z) of the picture's bottom-left corner, on the table top.
+        frame: Set units ↔ metres, of points measured from `corner`.
+        near_left_m: World (x, y, z) of the table's near left corner, on the table top.
         yaw: Turn of the table about the vertical, radians; 0 as above.
+        corner: The table's corner with the least x and y, set units.
+        size: Its width and depth, set units.
     """
 
     frame: PixelFrame
     near_left_m: tuple[float, float, float]
     yaw: float = 0.0
+    corner: tuple[float, float] = (0.0, 0.0)
+    size: tuple[float, float] = (0.0, 0.0)
+
+    @property
+    def middle(self) -> FloatArray:
+        """(1, 2) the middle of the table, set units."""
+        return np.array([self.corner]) + np.array([self.size]) / 2
 
     @property
     def axes(self) -> FloatArray:
-        """(2, 2): rows are picture right and picture up as world directions (x, y)."""
+        """(2, 2): rows are the scene's right and its far side as world directions (x, y)."""
         cos, sin = np.cos(self.yaw), np.sin(self.yaw)
         return np.array([[sin, -cos], [cos, sin]])
 
-    def to_world(self, points_px: FloatArray, height_m: float = 0.0) -> FloatArray:
-        """(n, 2) pixels → (n, 3) world metres, `height_m` over the table top."""
-        table = self.frame.to_metres(np.asarray(points_px, dtype=np.float64)[:, :2])
+    def to_world(self, points: FloatArray, height_m: float = 0.0) -> FloatArray:
+        """(n, 2) set units → (n, 3) world metres, `height_m` over the table top."""
+        flat_points = np.asarray(points, dtype=np.float64)[:, :2]
+        table = self.frame.to_metres(flat_points - np.array(self.corner))
         flat = np.asarray(self.near_left_m[:2]) + table @ self.axes
         up = np.full(len(table), self.near_left_m[2] + height_m)
         return np.column_stack([flat, up])
 
     def to_pixels(self, world_m: FloatArray) -> FloatArray:
-        """(n, 3) world metres → (n, 2) pixels; the height is dropped."""
+        """(n, 3) world metres → (n, 2) set units; the height is dropped."""
         table = (world_m[:, :2] - np.asarray(self.near_left_m[:2])) @ self.axes.T
-        return self.frame.to_pixels(table)
+        return np.asarray(self.frame.to_pixels(table) + np.array(self.corner))
 
 
 def object_height_m(item: SceneObject) -> float:
@@ -69,9 +80,7 @@ def object_height_m(item: SceneObject) -> float:
     return HEIGHT_M.get(item.symbol, _OTHER_HEIGHT_M)
 
 
-def add_table(
-    spec: mujoco.MjSpec, scene: Scene, place: Placement, size_px: tuple[int, int]
-) -> None:
+def add_table(spec: mujoco.MjSpec, scene: Scene, place: Placement) -> None:
     """Adds the table top and one fixed body per object: ``table``, ``object/ID``.
 
     A body is the upright prisms over the convex hulls of the footprint's parts (MuJoCo collides
@@ -79,9 +88,8 @@ def add_table(
     """
     import mujoco
 
-    width, height = size_px
-    middle = place.to_world(np.array([[width / 2, height / 2]]))[0]
-    half = [place.frame.length_to_metres(v) / 2 for v in (height, width)]
+    middle = place.to_world(place.middle)[0]
+    half = [place.frame.length_to_metres(v) / 2 for v in place.size[::-1]]
     table = spec.worldbody.add_body(
         name="table",
         pos=middle - np.array([0.0, 0.0, 0.02]),

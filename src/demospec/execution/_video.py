@@ -95,17 +95,17 @@ def render(rollout: Rollout, plan: Plan, scene: Scene, times: FloatArray) -> lis
     from demospec.execution._world import build_gantry_world, build_world
 
     arm = ARMS.get(rollout.robot)
-    place, size_px = table_placement(plan, scene, arm)
+    place = table_placement(plan, scene, arm)
     motion = rollout.motion
     if arm is None:
         first = motion.commanded_m[0]
-        world = build_gantry_world(scene, place, size_px, first, *CARRIED[rollout.carried])
+        world = build_gantry_world(scene, place, first, *CARRIED[rollout.carried])
     else:
-        world = build_world(arm, scene, place, size_px, *CARRIED[rollout.carried])
+        world = build_world(arm, scene, place, *CARRIED[rollout.carried])
     model = world.model
     data = mujoco.MjData(model)
     way = place.to_world(plan.points, 0.003)
-    middle = place.to_world(np.array([[size_px[0] / 2, size_px[1] / 2]]))[0]
+    middle = place.to_world(place.middle)[0]
     camera = mujoco.MjvCamera()
     camera.lookat[:] = middle + np.array([-0.12, 0.0, 0.08]) * (arm is not None)
     camera.distance, camera.azimuth, camera.elevation = 1.75 if arm else 1.35, 150.0, -38.0

@@ -37,7 +37,6 @@ def build_world(
     arm: RobotArm,
     scene: Scene,
     place: Placement,
-    size_px: tuple[int, int],
     radius_m: float,
     half_m: float,
 ) -> World:
@@ -46,8 +45,8 @@ def build_world(
 
     spec = load_robot(arm)
     spec.option.timestep = STEP_S
-    _add_room(spec, place, size_px, arm.base_m)
-    add_table(spec, scene, place, size_px)
+    _add_room(spec, place, arm.base_m)
+    add_table(spec, scene, place)
     hand = spec.body(arm.tool)
     held = hand.add_body(name="carried", pos=arm.tool_at, quat=_upright(arm.tool_up))
     held.add_geom(
@@ -75,7 +74,6 @@ def build_world(
 def build_gantry_world(
     scene: Scene,
     place: Placement,
-    size_px: tuple[int, int],
     start_m: FloatArray,
     radius_m: float,
     half_m: float,
@@ -87,8 +85,8 @@ def build_gantry_world(
 
     spec = mujoco.MjSpec()
     spec.option.timestep = STEP_S
-    _add_room(spec, place, size_px, (0.0, 0.0, 0.0))
-    add_table(spec, scene, place, size_px)
+    _add_room(spec, place, (0.0, 0.0, 0.0))
+    add_table(spec, scene, place)
     add_gantry(spec, start_m, radius_m, half_m)
     model = spec.compile()
     body = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, "carried")
@@ -98,7 +96,6 @@ def build_gantry_world(
 def _add_room(
     spec: mujoco.MjSpec,
     place: Placement,
-    size_px: tuple[int, int],
     base_m: tuple[float, float, float],
 ) -> None:
     """Light, floor, the table's foot and a stand under a raised robot; nothing of it collides."""
@@ -122,7 +119,7 @@ def _add_room(
     room.add_light(pos=[0.4, 0.8, 3.0], dir=[0.05, -0.2, -1.0], diffuse=[0.55, 0.55, 0.55])
     plane, box = mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_BOX
     room.add_geom(type=plane, size=[4, 4, 0.1], rgba=[0.82, 0.83, 0.84, 1.0], **looks)
-    middle = place.to_world(np.array([[size_px[0] / 2, size_px[1] / 2]]))[0]
+    middle = place.to_world(place.middle)[0]
     foot = (middle[2] - 0.04) / 2
     grey = [0.55, 0.56, 0.58, 1.0]
     room.add_geom(

@@ -14,11 +14,13 @@ from functools import cached_property
 import numpy as np
 
 from demospec.frames import FloatArray
+from demospec.geometry._extent import extent
 from demospec.geometry._segment_distance import nearest_on_segments
 from demospec.geometry._shapes import Footprint
 
 _CHUNK = 200_000  # path points a pass: bounds the memory at some tens of MB
 _COARSE = 8  # stretches that a path is cut into at first
+_SAME = 1e-12  # shares of the distances involved: less than this is no difference
 _OVER = 1.0 + 1e-9  # rounding must not make a stretch look shorter than it is
 
 
@@ -129,6 +131,10 @@ def nearest_on_paths(
             shape, a, b, ends=np.stack([rest.low_gap, rest.high_gap], axis=1),
             below=best[rest.owner],
         )  # fmt: skip
+        # A point of the path stays its nearest where a segment is nearer by rounding only: paths
+        # that share the point are equally near, to the last bit.
+        value = np.where(value < best[rest.owner] - _SAME * (extent(shape.bounds) + abs(value)),
+                         value, np.inf)  # fmt: skip
         order = np.lexsort((value, rest.owner))
         lead = _first_of_each(rest.owner, order)
         _improve(best, where, share, rest.owner[lead], value[lead], rest.low[lead], along[lead])

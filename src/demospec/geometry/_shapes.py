@@ -172,7 +172,8 @@ class Edges:
     def __init__(self, first: FloatArray, second: FloatArray) -> None:
         self.origin = (first.min(axis=0) + first.max(axis=0)) / 2
         self.first = first - self.origin
-        self.along = second - self.origin - self.first
+        self.second = second - self.origin
+        self.along = self.second - self.first
         self.length2 = (self.along**2).sum(axis=1)
         per_length2 = 1.0 / np.where(self.length2 > 0, self.length2, 1.0)
         offset = -(self.first * self.along).sum(axis=1)
@@ -192,7 +193,9 @@ class Edges:
         # That cancels digits, so it only picks the edge; the distance is measured afresh.
         nearest = square.argmin(axis=1)
         share = t[np.arange(len(p)), nearest, None]
-        gap = q[:, :2] - self.first[nearest] - share * self.along[nearest]
+        foot = self.first[nearest] + share * self.along[nearest]
+        # Both edges of a corner give its distance to the last bit: equal paths stay equal.
+        gap = q[:, :2] - np.where(share == 1.0, self.second[nearest], foot)
         return np.asarray(np.hypot(gap[:, 0], gap[:, 1]))
 
     def squares(self, p: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -125,7 +125,7 @@ def _shortened(
         trial = control + step * _DIRECTIONS
         curves = _curves(start, goal, trial)
         length = np.where(_margins(zones, bounds, curves) >= 0, _lengths(curves), np.inf)
-        if length.min() < best - 1e-9:
+        if length.min() < best * (1 - 1e-9):
             best, control = float(length.min()), trial[int(length.argmin())]
         else:
             step /= 2

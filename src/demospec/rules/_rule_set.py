@@ -75,7 +75,7 @@ class ClearanceRule:
         """
         stack = np.asarray(paths, dtype=np.float64)
         flat = polylines(stack)
-        nudge = 1e-6 * scene.length_scale
+        nudge = 2e-5 * scene.length_scale
         margin = np.full(len(flat), np.inf)
         first = np.zeros(len(flat), dtype=np.int64)
         along = np.zeros(len(flat))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 
 from demospec.frames import describe_length
@@ -53,8 +54,8 @@ def clearance_words(
     other = instead or {}
     where = "the centre of " if distance == "center" else ""
     parts = []
-    for c in dict.fromkeys(value.values()):
-        members = [s for s, kept in value.items() if kept == c]
+    for members in _alike(value):
+        c = value[members[0]]
         ends = _common([interval[s] for s in members if s in interval]) if interval else None
         length = describe_length(c, metres_per_unit, units, interval=ends)
         about = "about " if ends is None or ends[0] < ends[1] else ""
@@ -79,6 +80,19 @@ def clearance_words(
 def _or(symbol: str, instead: Mapping[str, Sequence[str]]) -> str:
     """``glasses``, or ``glasses or bowls`` where either explains the answers."""
     return listed([plural(s) for s in (symbol, *instead.get(symbol, ()))], "or")
+
+
+def _alike(value: Mapping[str, float]) -> list[list[str]]:
+    """Classes in groups of one clearance each; what differs by rounding only is one clearance."""
+    groups: list[list[str]] = []
+    for symbol, c in value.items():
+        for group in groups:
+            if math.isclose(c, value[group[0]], rel_tol=1e-9):
+                group.append(symbol)
+                break
+        else:
+            groups.append([symbol])
+    return groups
 
 
 def _common(ends: Sequence[tuple[float, float]]) -> tuple[float, float] | None:

@@ -29,7 +29,7 @@ TYPES = ("careful", "normal", "aggressive")
 
 SURE_PX = 0.02
 """No demonstration comes this near to the boundary of its rule (at 100 px): the verdict then
-does not hang on how densely somebody samples the path."""
+does not hang on rounding."""
 
 _STROKES = {"tabletop": bezier_stroke, "workbench": free_stroke}
 
@@ -191,7 +191,7 @@ def _judged_paths(
     spare: list[tuple[FloatArray, bool]] = []
     for _ in range(max(1, 300 // wanted) if job.balanced else 100):
         batch = random_paths(rng, scene, wanted, task=job.task, size_px=job.size_px)
-        margin = margins(scene, batch, clearance, 0.25 * job.scale)
+        margin = margins(scene, batch, clearance)
         for path, gap in zip(batch, margin, strict=True):
             ok = bool(gap >= 0)
             if abs(gap) < SURE_PX * job.scale or len(paths) >= wanted:

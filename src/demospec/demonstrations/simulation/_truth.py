@@ -7,9 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from demospec.demonstrations._bezier import densify
 from demospec.frames import FloatArray
-from demospec.geometry import MultiPolygon, Polygon
+from demospec.geometry import Polylines, nearest_on_paths
 from demospec.scene import STATISTICS, TASK_SYMBOLS, Scene
 
 CLEARANCE_PX = 3.0
@@ -62,29 +61,17 @@ def truth_document(clearances: Clearances, metres_per_unit: float, **more: Any) 
 
 
 def margins(
-    scene: Scene, paths: Sequence[FloatArray], clearance: Mapping[str, float], spacing: float
+    scene: Scene, paths: Sequence[FloatArray], clearance: Mapping[str, float]
 ) -> FloatArray:
-    """(n,) least (signed distance − clearance) along each path, pixels; capped at 1.
+    """(n,) least (signed distance − clearance) along each path, set units; +inf without any.
 
-    Exact up to the spacing of the dense points. Points further from an object's enclosing
-    circle than its clearance and one pixel cannot change the answer and are skipped.
+    Exact: that of the path's straight segments.
     """
-    out = np.ones(len(paths))
-    things = [o for o in scene.objects or () if o.symbol in clearance]
-    if not things:
-        return out
-    dense = [densify(path[:, :2], spacing) for path in paths]
-    flat = np.concatenate(dense)
-    first = np.concatenate([[0], np.cumsum([len(d) for d in dense])[:-1]])
-    worst = np.ones(len(flat))
-    for thing in things:
-        keep = clearance[thing.symbol]
-        shape = thing.outline
-        near = np.arange(len(flat))
-        if isinstance(shape, (Polygon, MultiPolygon)):
-            reach = float(np.linalg.norm(shape.vertices - thing.center, axis=1).max())
-            gap = np.hypot(flat[:, 0] - thing.center[0], flat[:, 1] - thing.center[1]) - reach
-            near = np.flatnonzero(gap - keep < 1.0)
-        if len(near):
-            worst[near] = np.minimum(worst[near], shape.signed_distance(flat[near]) - keep)
-    return np.asarray(np.minimum.reduceat(worst, first))
+    out = np.full(len(paths), np.inf)
+    offsets = np.concatenate([[0], np.cumsum([len(p) for p in paths])]).astype(np.int64)
+    flat = Polylines(np.concatenate([p[:, :2] for p in paths]), offsets)
+    for thing in scene.objects or ():
+        if thing.symbol in clearance:
+            gap, _, _ = nearest_on_paths(flat, thing.outline)
+            out = np.minimum(out, gap - clearance[thing.symbol])
+    return out

@@ -86,7 +86,13 @@ def grown_hulls(shape: Footprint, by: float) -> list[FloatArray]:
     # A polygon around the disc: its edges touch the disc, so nothing of it is cut off.
     ring = np.stack([np.cos(angle), np.sin(angle)], axis=1) * by / np.cos(np.pi / _CORNERS)
     every = [(core[:, None] + ring).reshape(-1, 2) for core in cores]
-    return [np.asarray(points[ConvexHull(points).vertices]) for points in every]
+    return [_from_one_side(points[ConvexHull(points).vertices]) for points in every]
+
+
+def _from_one_side(hull: FloatArray) -> FloatArray:
+    """The corners from the one that lies farthest to a side that no edge faces."""
+    first = int((hull @ [0.8, 0.6001]).argmax())
+    return np.roll(hull, -first, axis=0)
 
 
 def _prism(rim: FloatArray) -> dict[str, Any]:

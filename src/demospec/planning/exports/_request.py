@@ -2,7 +2,8 @@
 
 Frame of every export: metres, in the frame that the data came in. A picture's pixels become metres
 with x right, y away from the viewer (up in the picture) and the origin at the picture's bottom-left
-outer corner, as ROS has it for maps; coordinates of a set in metres stay what they are.
+outer corner, as ROS has it for maps; coordinates of a set without pictures stay what they are,
+times the metres of a unit.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from demospec.errors import InputError
-from demospec.frames import PICTURE, FloatArray, Frame, PixelFrame
+from demospec.frames import PICTURE, Axis, FloatArray, Frame, PixelFrame
 from demospec.planning._constraint import Plannable, capped_zones
 from demospec.planning._cost_map import CostMap
 from demospec.planning._plan import cost_map, plan_path, units_of
@@ -56,13 +57,14 @@ class ExportRequest:
 
     @property
     def frame(self) -> PixelFrame:
-        """Set units ↔ metres; where y runs down, it is measured from the map's lower edge."""
-        return PixelFrame(self.cost_map.bounds[3], self.cost_map.metres_per_unit, self.axes.y)
+        """Set units ↔ metres; in a picture y is measured from its lower edge."""
+        y: Axis = "down" if self.turned_over else "up"
+        return PixelFrame(self.cost_map.bounds[3], self.cost_map.metres_per_unit, y)
 
     @property
     def turned_over(self) -> bool:
-        """Whether y runs down in the set and up in the export."""
-        return self.axes.y == "down"
+        """Whether y runs down in the set and up in the export: in pictures, and nowhere else."""
+        return self.axes.y == "down" and self.scene.picture is not None
 
     @property
     def corner(self) -> FloatArray:

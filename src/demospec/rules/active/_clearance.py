@@ -99,12 +99,9 @@ def best_clearance_path(
             rule=fit.rule, mode=mode,
         )  # fmt: skip
     scene = next(s for n, s, _ in chosen if n == best[1])
-    # A tenth of a hundredth of the table reads well, unless what is left lies closer together.
-    for points in (np.round(best[2], 1 - int(np.floor(np.log10(unit)))) + 0.0, best[2]):
-        near = nearest_approach(scene, points[None], fit.symbols, distance=distance)
-        bits, p = path_bits(fit.particles, near)
-        if bits[0] >= SETTLED_BITS:
-            break
+    points = best[2]
+    near = nearest_approach(scene, points[None], fit.symbols, distance=distance)
+    bits, p = path_bits(fit.particles, near)
     accept = _accepts(fit.particles, near)[:, 0]
     left = [_left(fit.particles, share, unit) for share in (accept, 1.0 - accept)]
     return Query(

@@ -118,7 +118,9 @@ def _raised(clearance: FloatArray, space: ClearanceSpace) -> FloatArray:
         return clearance
     near = near[left]
     within = np.where(np.isfinite(near), near, -np.inf)
-    high = np.where(np.isfinite(space.upper[chosen]), space.upper[chosen], within.max(axis=0) + 1.0)
+    farthest = within.max(axis=0)
+    beyond = farthest + 0.01 * np.abs(farthest[np.isfinite(farthest)]).max(initial=0.0)
+    high = np.where(np.isfinite(space.upper[chosen]), space.upper[chosen], beyond)
     high = np.maximum(high, low)
     with np.errstate(divide="ignore", invalid="ignore"):
         share = np.where(near < high, (near - low) / (high - low), np.inf)

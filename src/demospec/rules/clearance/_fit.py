@@ -152,6 +152,6 @@ def fit_document(fit: ClearanceFit, own: Evidence) -> dict[str, Any]:
         "at_most": {s: (v if np.isfinite(v) else None) for s, v in fit.at_most.items()},
         "shared_clearance": round(fit.shared, 4),
         "interval": fit.interval_kind,
-        "position_noise": float(f"{fit.position_noise:.3g}"),
+        "position_noise": fit.position_noise,
         "exact": fit.exact,
     }

@@ -83,14 +83,15 @@ def evaluate(
     data: DemonstrationSet,
     *,
     truth: ValidityModel | None = None,
-    far_px: float = 2.0,
+    far_px: float | None = None,
     progress: Progress = silent,
 ) -> Evaluation:
     """Agreement of a model with the labels of a set, per type.
 
     Args:
-        truth: Rules whose logit is the margin in pixels; with them the demonstrations with
+        truth: Rules whose logit is the margin in set units; with them the demonstrations with
             |margin| > `far_px` are scored apart.
+        far_px: Set units; by default two hundredths of the scenes' size.
 
     Raises:
         InputError: The set has no labelled demonstration of a type that the model knows.
@@ -101,6 +102,7 @@ def evaluate(
     if not usable.any():
         expected = f"labelled demonstrations of {', '.join(model.types)}"
         raise InputError(expected, f"none among {len(d)}", field="valid")
+    beyond = 0.02 * data.length_scale if far_px is None else far_px
     agree = np.full(len(d), -1, dtype=np.int8)
     far = np.zeros(len(d), dtype=bool)
     views = Views(model, data, progress)
@@ -113,7 +115,7 @@ def evaluate(
             agree[mine] = (view.logits(paths, type_) > 0) == (d.valid[mine] == 1)
             if truth is not None and type_ in truth.types:
                 margin = truth.see(data.scene(scene_id)).logits(paths, type_)
-                far[mine] = np.abs(margin) > far_px
+                far[mine] = np.abs(margin) > beyond
     views.refuse_if_none()
     judged = agree >= 0
     scene = np.array([data.scene_index[s] for s in d.scene_id])

@@ -13,9 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from demospec.demonstrations import DifferentiableView, View, densify, resample
+from demospec.demonstrations import DifferentiableView, View, resample
 from demospec.errors import InputError
 from demospec.frames import FloatArray, describe_length
+from demospec.geometry import extent
 from demospec.scene import SceneObject
 
 _POINTS = 200
@@ -181,16 +182,21 @@ def _away(
     """
     direction = slope
     if item is not None:
-        nudge = 1e-3 * np.eye(2)
         shape = item.outline
+        nudge = 1e-5 * max(_span(points), extent(shape.bounds)) * np.eye(2)
         direction = shape.signed_distance(place + nudge) - shape.signed_distance(place - nudge)
     along = points[min(at + 1, len(points) - 1)] - points[max(at - 1, 0)]
     across = np.array([-along[1], along[0]])
     norm = float(np.linalg.norm(across))
-    if norm < 1e-12:  # a path that stands still has no sides
+    if norm == 0:  # a path that stands still has no sides
         across, norm = np.asarray(direction), float(np.linalg.norm(direction))
-    unit = across / norm if norm > 1e-12 else np.array([0.0, 1.0])
+    unit = across / norm if norm > 0 else np.array([0.0, 1.0])
     return np.asarray(unit if float(unit @ direction) >= 0 else -unit)
+
+
+def _span(points: FloatArray) -> float:
+    """The longer side of the box around a path."""
+    return float(np.ptp(points, axis=0).max())
 
 
 def _pushed(points: FloatArray, at: int, pushes: FloatArray) -> FloatArray:
@@ -219,8 +225,7 @@ def _least_push(
 
     Both directions along `away` are tried: deep inside an object the nearer side may be behind.
     """
-    span = float(np.ptp(densify(points, 5.0), axis=0).max())
-    reach = max(1.0, span) * 0.5
+    reach = 0.5 * (_span(points) or view.scene.length_scale)
 
     def held(pushes: FloatArray) -> NDArray[np.bool_]:
         """Whether the path is valid after each signed push along `away`, in one call."""

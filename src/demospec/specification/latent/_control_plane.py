@@ -17,7 +17,8 @@ from demospec.errors import InputError
 from demospec.frames import FloatArray
 from demospec.scene import Scene
 
-FINITE_DIFFERENCE_PX = 0.05
+FINITE_DIFFERENCE = 5e-4
+"""Step of finite differences, a share of the scene's size."""
 
 PLANE_MARGIN = 0.2
 """How far the z_θ plane reaches beyond the picture, in picture sizes."""
@@ -124,11 +125,12 @@ class ControlPlane:
 
     def _finite_differences(self, controls: FloatArray, type: str) -> tuple[FloatArray, FloatArray]:
         n, k, _ = controls.shape
-        step = FINITE_DIFFERENCE_PX * np.eye(2 * k).reshape(2 * k, 1, k, 2)
+        length = FINITE_DIFFERENCE * self.view.scene.length_scale
+        step = length * np.eye(2 * k).reshape(2 * k, 1, k, 2)
         every = np.concatenate([controls[None], controls + step, controls - step])
         repeated = self.rows(np.tile(np.arange(n), len(every)))
         values = repeated.logits(every.reshape(-1, k, 2), type).reshape(len(every), n)
-        slope = (values[1 : 2 * k + 1] - values[2 * k + 1 :]) / (2 * FINITE_DIFFERENCE_PX)
+        slope = (values[1 : 2 * k + 1] - values[2 * k + 1 :]) / (2 * length)
         return values[0], np.asarray(slope.T.reshape(n, k, 2))
 
 
@@ -151,7 +153,7 @@ def plane_bounds(scene: Scene) -> tuple[float, float, float, float]:
     table = np.array(boxes, dtype=np.float64)
     low, high = table[:, :2].min(axis=0), table[:, 2:].max(axis=0)
     # A start and goal on one line still span a plane.
-    pad = 0.1 * max(float((high - low).max()), 1.0) + 0.5 * np.maximum(
+    pad = 0.1 * scene.length_scale + 0.5 * np.maximum(
         0.0, 0.5 * float((high - low).max()) - (high - low)
     )
     low, high = low - pad, high + pad

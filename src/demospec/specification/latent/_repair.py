@@ -2,7 +2,7 @@
 
 Source: Angelov et al. 2020, "Trajectory repair": gradient steps on z_θ, 30 of them.
 Differs: the gradient is that of the *logit* (that of the probability vanishes far from the
-boundary) and is normalised, so that a step has a length in pixels. `particles` > 1 is ours:
+boundary) and is normalised, so that a step has a length in the plane. `particles` > 1 is ours:
 several particles look for a nearer valid point, the nearest that holds is kept.
 """
 
@@ -22,8 +22,15 @@ MAX_PARTICLES = 32
 STEPS = 30
 _GOLDEN = np.pi * (3.0 - 5.0**0.5)
 _PLASTIC = np.array([0.7548776662466927, 0.5698402909980532])
+_HAIR = 5e-4
+"""Share of the scene's size by which a repair exceeds the clearance of a certain rule."""
+
 _BEYOND = 1e-3
-"""Aim a hair beyond the goal: landing exactly on it fails by rounding half of the time."""
+"""Aim a hair beyond the goal: landing exactly on it fails by rounding half of the time. (For a
+certain rule a fiftieth of `_HAIR`.)"""
+
+
+_SAME = 1e-6  # of the distance moved: repairs that differ less are equally good
 
 
 @dataclass(frozen=True)
@@ -112,10 +119,13 @@ def repair(
     side = max(high_x - low_x, high_y - low_y)
     logits, p = plane.logits_and_p(z0, type)
     certain = bool(np.isin(p, (0.0, 1.0)).all())
-    goal_logit = np.full(len(z0), _target(certain, settings.confidence))
+    hair = _HAIR * view.scene.length_scale
+    odds = settings.confidence / (1 - settings.confidence)
+    goal_logit = np.full(len(z0), hair if certain else float(np.log(odds)))
     if known_invalid is not None:
         goal_logit += np.where(np.asarray(known_invalid, dtype=bool), np.maximum(logits, 0.0), 0.0)
-    search = _Search(plane, type, z0, goal_logit, settings, side)
+    beyond = hair / 50 if certain else _BEYOND
+    search = _Search(plane, type, z0, goal_logit, beyond, settings, side)
     if settings.particles == 1:
         search.ascend()
     else:
@@ -133,13 +143,6 @@ def repair(
     )
 
 
-def _target(certain: bool, confidence: float) -> float:
-    """The logit that a repair must reach."""
-    if certain:
-        return 0.05  # a rule's margin, set units: a hair's breadth is enough
-    return float(np.log(confidence / (1 - confidence)))
-
-
 class _Search:
     """Particles (n, K) that look for the nearest point with a logit of at least `goal`."""
 
@@ -149,12 +152,14 @@ class _Search:
         type: str,
         z0: FloatArray,
         goal: FloatArray,
+        beyond: float,
         settings: RepairSettings,
         side: float,
     ) -> None:
         self.type = type
         self.z0 = z0
         self.goal = goal
+        self.beyond = beyond
         self.settings = settings
         self.side = side
         n = len(z0)
@@ -205,7 +210,7 @@ class _Search:
             base = np.where(climbs, z, centre)
             norm2 = (slope**2).sum(axis=(2, 3))
             ahead = logits + (slope * (base - z)).sum(axis=(2, 3))
-            lack = np.maximum(0.0, self.goal[:, None] + _BEYOND - ahead)
+            lack = np.maximum(0.0, self.goal[:, None] + self.beyond - ahead)
             gain = lack / np.where(norm2 > 1e-18, norm2, np.inf)
             wanted = base + gain[..., None, None] * slope - z
             distance = np.sqrt((wanted**2).sum(axis=(2, 3), keepdims=True))
@@ -243,9 +248,13 @@ class _Search:
             [np.sqrt(((z - self.z0[:, None]) ** 2).sum(axis=(2, 3))) for z in self.history]
         )
         holds = values >= self.goal[None, :, None]
-        # Nearest where some hold; else highest logit (as a cost beyond any distance).
-        cost = np.where(holds, moved, 1e12 - np.clip(values, -1e9, 1e9))
-        flat = cost.transpose(1, 0, 2).reshape(values.shape[1], -1).argmin(axis=1)
+        # Nearest where some hold; else highest logit. The first of those that are as good but for
+        # rounding: particles meet, and their last steps go nowhere.
+        some = np.asarray(holds.any(axis=(0, 2)))[:, None]
+        cost = np.where(some, np.where(holds, moved, np.inf), -values)
+        cost = cost.transpose(1, 0, 2).reshape(values.shape[1], -1)
+        least = cost.min(axis=1, keepdims=True)
+        flat = (cost <= least + _SAME * np.abs(least)).argmax(axis=1)
         return np.asarray(flat // values.shape[2]), np.asarray(flat % values.shape[2])
 
     def reached(self) -> NDArray[np.bool_]:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from demospec.demonstrations import DemonstrationSet, ValidityModel
 from demospec.errors import CannotJudgeError
-from demospec.frames import FloatArray
+from demospec.frames import FloatArray, describe_length
 from demospec.progress import Progress, silent
 from demospec.specification.evaluation._predict import Views, check_type
 from demospec.specification.latent._repair import RepairSettings, repair
@@ -23,9 +23,9 @@ class Repaired:
 
     Args:
         demo_id, scene_id: Which.
-        points: (100, 2), pixels.
-        control: (order − 1, 2), pixels.
-        moved: Distance from the first to the last z_θ, pixels.
+        points: (100, 2), set units.
+        control: (order − 1, 2), set units.
+        moved: Distance from the first to the last z_θ, set units.
         steps: Gradient steps until the kept point.
         p_valid: The model's own opinion.
         rule_valid: The rule's verdict; None without a rule, or where it cannot judge.
@@ -65,11 +65,18 @@ class RepairedSet:
         type: The user type.
         items: In the order of the set.
         unjudged: Scene id → why the model cannot judge it.
+        units, metres_per_unit: Of the set.
     """
 
     type: str
     items: tuple[Repaired, ...]
     unjudged: dict[str, str]
+    units: str = "px"
+    metres_per_unit: float | None = None
+
+    def length(self, value: float) -> str:
+        """A length of the set in words."""
+        return describe_length(value, self.metres_per_unit, self.units)
 
     @property
     def success(self) -> float | None:
@@ -83,7 +90,7 @@ class RepairedSet:
             return f"vacuous: no demonstration of {self.type} is rejected"
         moved = float(np.median([r.moved for r in self.items]))
         own = np.mean([r.p_valid > 0.5 for r in self.items])
-        line = f"{len(self.items)} repaired, control point moved {moved:.1f} px (median); "
+        line = f"{len(self.items)} repaired, control point moved {self.length(moved)} (median); "
         line += f"the model itself accepts {own:.0%}"
         if self.success is not None:
             line += f"; the rule accepts {self.success:.0%}"
@@ -158,7 +165,8 @@ def repair_set(
                 trace=done.trace[k],
             )
     views.refuse_if_none()
-    return RepairedSet(type, tuple(found[i] for i in sorted(found)), views.unjudged)
+    items = tuple(found[i] for i in sorted(found))
+    return RepairedSet(type, items, views.unjudged, data.units, data.metres_per_unit)
 
 
 def _judged(

@@ -23,13 +23,13 @@ class Samples:
     """Valid solutions of one scene and type.
 
     Args:
-        control: (n, 1, 2), pixels.
-        points: (n, 100, 2), pixels.
+        control: (n, 1, 2), set units.
+        points: (n, 100, 2), set units.
         p_valid: (n,) the model's own opinion.
         mode: (n,) which valid region of the z_θ plane each is from, 0 the largest.
         modes: How many such regions there are.
         diversity: Mean over pairs of the largest distance between their curves at equal
-            parameter, pixels; 0 for fewer than two.
+            parameter, set units; 0 for fewer than two.
         valid_share: Share of the z_θ plane that the model accepts.
     """
 
@@ -183,7 +183,7 @@ def _draw(
 
 def _langevin(
     plane: ControlPlane,
-    found: ValidityMap,
+    seen: ValidityMap,
     control: FloatArray,
     type: str,
     confidence: float,
@@ -194,12 +194,15 @@ def _langevin(
     The mode of a walker stays what it was: a step of a hundredth of the plane does not jump
     over an object.
     """
-    low = np.array([found.x[0], found.y[0]])
-    high = np.array([found.x[-1], found.y[-1]])
+    low = np.array([seen.x[0], seen.y[0]])
+    high = np.array([seen.x[-1], seen.y[-1]])
     step2 = float((0.01 * (high - low).max()) ** 2)
     z = control
+    # The logit of a certain rule is a length: it counts in hundredths of the scene.
+    certain = bool(np.isin(plane.p_valid(z, type), (0.0, 1.0)).all())
+    unit = plane.view.scene.length_scale / 100 if certain else 1.0
     for _ in range(LANGEVIN_STEPS):
-        logits, slope = plane.logits_and_gradients(z, type)
+        logits, slope = (found / unit for found in plane.logits_and_gradients(z, type))
         doubt = 0.5 * (1 - np.tanh(0.5 * logits))
         drift = 0.5 * step2 * doubt[:, None, None] * slope
         norm = np.linalg.norm(drift, axis=2, keepdims=True)

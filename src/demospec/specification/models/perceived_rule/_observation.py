@@ -188,6 +188,8 @@ def nearest_perceived(
             continue
         k = names.index(name)
         for i, path in enumerate(paths):
-            near = read_map(item.distance, densify(path[:, :2], 0.5), size).min()
+            near = read_map(
+                item.distance, densify(path[:, :2], size[0] / item.distance.shape[1] / 2), size
+            ).min()
             out[i, k] = min(out[i, k], float(near))
     return out
