@@ -10,6 +10,7 @@ import json
 import os
 import shutil
 import tempfile
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -127,14 +128,21 @@ def to_json(document: object) -> str:
     return json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False)
 
 
-def read_json(path: str | os.PathLike[str], *, limit_bytes: int = 1 << 30) -> Any:
+def read_json(
+    path: str | os.PathLike[str], *, limit_bytes: int = 1 << 30, once: bool = False
+) -> Any:
     """Reads one JSON document; NaN and infinities are refused.
+
+    Args:
+        path: The file.
+        limit_bytes: More is refused.
+        once: A key twice in one object is refused (else its last value counts).
 
     Raises:
         InputError: Unreadable, not UTF-8, not JSON, or larger than `limit_bytes`.
     """
     file = Path(path)
-    return parse_json(read_bytes(file, limit_bytes=limit_bytes), file=file)
+    return parse_json(read_bytes(file, limit_bytes=limit_bytes), file=file, once=once)
 
 
 def read_bytes(path: str | os.PathLike[str], *, limit_bytes: int = 1 << 30) -> bytes:
@@ -154,15 +162,35 @@ def read_bytes(path: str | os.PathLike[str], *, limit_bytes: int = 1 << 30) -> b
 
 
 def parse_json(
-    data: bytes, *, file: str | os.PathLike[str] | None = None, row: int | None = None
+    data: bytes,
+    *,
+    file: str | os.PathLike[str] | None = None,
+    row: int | None = None,
+    once: bool = False,
 ) -> Any:
-    """One JSON document from bytes; InputError names the place of the fault."""
+    """One JSON document from bytes; InputError names the place of the fault.
+
+    Args:
+        data: UTF-8 text.
+        file, row: For messages.
+        once: A key twice in one object is refused (else its last value counts).
+    """
 
     def refuse(token: str) -> float:
         raise InputError("a finite number", token, file=file, row=row)
 
+    def unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        found = dict(pairs)
+        if len(found) < len(pairs):
+            key = next(k for k, n in Counter(k for k, _ in pairs).items() if n > 1)
+            raise InputError("each key once", f"{key} twice", file=file, row=row)
+        return found
+
     try:
-        return json.loads(data.decode("utf-8"), parse_constant=refuse)
+        text = data.decode("utf-8")
+        if once:
+            return json.loads(text, parse_constant=refuse, object_pairs_hook=unique)
+        return json.loads(text, parse_constant=refuse)
     except UnicodeDecodeError as error:
         found = f"byte {data[error.start]:#04x} at offset {error.start}"
         raise InputError("UTF-8 text", found, file=file, row=row) from error

@@ -103,6 +103,14 @@ def test_steps_that_have_no_one_reading(tmp_path: Path, name: str) -> None:
         read(tmp_path, document)
 
 
+@pytest.mark.parametrize("end", ["json", "jsonl"])
+def test_a_key_twice_is_refused(tmp_path: Path, end: str) -> None:
+    line = '{"path": {"x": [1, 3], "y": [2, 4], "x": [7, 8]}, "valid": true}'
+    (tmp_path / f"a.{end}").write_text(line if end == "jsonl" else f"[{line}]")
+    with pytest.raises(InputError, match="each key once, found x twice"):
+        read_source(tmp_path / f"a.{end}")
+
+
 def test_an_item_that_moves_is_said(tmp_path: Path) -> None:
     steps = [step(i) for i in range(5)]
     steps[4]["items"][0]["position"] = [0.6, 0.4, 0.0]
