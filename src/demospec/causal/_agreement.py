@@ -1,4 +1,4 @@
-"""Does the model believe what the rule learner finds? Scored cell by cell.
+"""Agreement of a model's causal effects with learned rules, scored cell by cell.
 
 Two ways to the same question from the same demonstrations: interventions on a model, and
 exact rules. Where they disagree, one of them is wrong, or the data say too little.

@@ -1,4 +1,4 @@
-"""From effects to rules: the learned rules, without the symbols that nobody reacts to.
+"""Rules of causes: the learned rules, without the symbols that have no effect.
 
 The rule learner says how far; the interventions say whether at all. What comes out is a rule
 file like any other: planning and the other commands read it without knowing about causes.

@@ -1,4 +1,4 @@
-"""What findings rest on: claims about answers that no rule explains are withheld.
+"""Preconditions of findings: claims about answers that no rule explains are withheld.
 
 An intervention asks a model. Where the model's rule does not explain the answers that it was
 learned from, the effects are real effects on the model and say nothing about the person.

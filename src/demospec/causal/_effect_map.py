@@ -1,4 +1,4 @@
-"""Where does adding an object matter? One effect per place of one scene."""
+"""Effect map: the effect of adding an object, per place of one scene."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From the table of interventions to effects, intervals, corrected p-values and claims."""
+"""Estimation: effects, intervals, corrected p-values and claims from the table of interventions."""
 
 from __future__ import annotations
 

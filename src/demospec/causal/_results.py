@@ -1,4 +1,4 @@
-"""What the causal room hands over: effects with intervals, placebos, words. Light to import."""
+"""Causal findings: effects with intervals, placebos, sentences. Light to import."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From effects to words. Every sentence can be traced to cells of the table."""
+"""Sentences about effects. Every one can be traced to cells of the table."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The raw table of interventions: what the model said before and after each."""
+"""Table of interventions: the model's answers before and after each."""
 
 from __future__ import annotations
 

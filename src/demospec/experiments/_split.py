@@ -1,4 +1,4 @@
-"""Which demonstrations train and which judge: seen scenes and unseen scenes apart."""
+"""Splits: demonstrations held out for judging; seen scenes and unseen scenes apart."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What was seen, drawn over the picture."""
+"""Detections drawn over the picture."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a scene is: a top-down picture, the objects in it, a start and a goal."""
+"""Scene: a top-down picture, the objects in it, a start and a goal."""
 
 from __future__ import annotations
 

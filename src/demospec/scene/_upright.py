@@ -1,4 +1,4 @@
-"""Photographs as viewers show them: a camera writes beside the pixels which way is up."""
+"""Orientation of photographs (EXIF): a camera writes beside the pixels which way is up."""
 
 from __future__ import annotations
 

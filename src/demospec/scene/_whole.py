@@ -1,4 +1,4 @@
-"""Whether a picture file goes on to its end, found without decoding it.
+"""Truncated picture files, found without decoding them.
 
 A truncated picture has a good header. Who reads a set of ten thousand pictures does not decode
 them, and must name the broken one all the same: a look at the file's end tells.

@@ -60,7 +60,7 @@ def random_scene(
     Args:
         symbols: The last one is always there. A ``utensil`` is a capsule, a ``plate`` a polygon,
             everything else a disc.
-        scale: All lengths, in units of a hundredth of the table.
+        scale: Set units per percent of the table's size.
     """
     ends = np.array([START, GOAL]) * scale
     while True:

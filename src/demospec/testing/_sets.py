@@ -98,10 +98,10 @@ def demonstrator_set(
     """A set without pictures whose types follow clearance rules exactly.
 
     Args:
-        rules: Type → symbol → clearance, in hundredths of the table.
+        rules: Type → symbol → clearance, in percent of the table's size.
         scenes: How many `random_scene`s.
         each: Demonstrations a scene and type.
-        scale: All lengths of the set, in units of a hundredth of the table.
+        scale: All lengths of the set, per percent of the table's size.
         units, metres_per_unit: Of the set.
     """
     places: list[Scene] = []

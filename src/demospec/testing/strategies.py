@@ -23,7 +23,7 @@ from demospec.testing._sets import demonstrator_set
 _SEEDS = st.integers(0, 2**32 - 1)
 
 scales = st.sampled_from([1.0, 0.01, 0.0082, 1000.0])
-"""Units of a set, in hundredths of the table: pixels, metres, millimetres."""
+"""Units of a set, per percent of the table's size: pixels, metres, millimetres."""
 
 
 @st.composite

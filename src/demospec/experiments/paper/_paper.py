@@ -1,4 +1,4 @@
-"""What the paper printed (Angelov, Hristov, Ramamoorthy 2020); nothing here was measured by us."""
+"""Numbers printed in the paper (Angelov, Hristov, Ramamoorthy 2020); none was measured by us."""
 
 from __future__ import annotations
 

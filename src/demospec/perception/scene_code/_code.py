@@ -1,4 +1,4 @@
-"""The latent code of a scene: a table, a lamp, and a number of things.
+"""The latent code of a scene: a table, a lamp, and a number of objects.
 
 The paper's β-VAE writes a scene into 15 numbers (`PaperModel.encode`). This code is longer and
 says what is meant: each thing has a place, a size, a direction, an outline and paint of its

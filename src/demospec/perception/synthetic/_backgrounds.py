@@ -1,6 +1,6 @@
 """Table tops for the pretraining pictures: grain, seams, veins, weave, prints, uneven light.
 
-Their edges are made as strong as the edges of things on purpose: a body that has only seen
+Their edges are made as strong as the edges of things on purpose: a network that has only seen
 calm tables takes every board seam for a knife.
 """
 

@@ -1,4 +1,4 @@
-"""What random solids are made of: colours, plans of bodies of revolution, patterns."""
+"""Parts of random solids: colours, plans of bodies of revolution, patterns."""
 
 from __future__ import annotations
 

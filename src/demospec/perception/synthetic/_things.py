@@ -1,4 +1,4 @@
-"""Generic things for the pretraining pictures: outline, surface, material, contents.
+"""Synthetic objects of the pretraining pictures: outline, surface, material, contents.
 
 No scene catalogue is used: discs, ovals and boxes with rims, deep and shallow; handles; bars
 with heads; tool outlines; see-through vessels; oblique bowls and mugs as a camera sees them.

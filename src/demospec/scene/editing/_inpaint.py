@@ -1,4 +1,4 @@
-"""Filling a hole in a picture from what surrounds it (seamless cloning)."""
+"""Inpainting: a hole in a picture filled from what surrounds it (seamless cloning)."""
 
 from __future__ import annotations
 

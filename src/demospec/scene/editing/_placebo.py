@@ -1,4 +1,4 @@
-"""A change to a picture that must change no judgement."""
+"""Placebo: a moved patch of bare table, which must change no judgement."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which demonstrations contradict what the others follow.
+"""Audit: demonstrations that contradict the rule of the others.
 
 Three witnesses, each with its reason in words: the clearance rule that the *other*
 demonstrations of the type support (posterior predictive, the demonstration itself left out; the

@@ -1,4 +1,4 @@
-"""Why a label is doubted, in words and lengths."""
+"""Reasons for reviewing a label, in words and lengths."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How well a model agrees with labels: accuracy, balanced accuracy, base rate, interval."""
+"""Agreement of a model with labels: accuracy, balanced accuracy, base rate, interval."""
 
 from __future__ import annotations
 

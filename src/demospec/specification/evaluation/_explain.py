@@ -1,4 +1,4 @@
-"""Why is this path rejected? Which place on it, which object, how much further away.
+"""Explanation of a rejected path: the place on it, the object, the distance that is missing.
 
 The answer is checked by its own counterfactual: the path moved by that much at that place is
 judged again.

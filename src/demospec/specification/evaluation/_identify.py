@@ -1,4 +1,4 @@
-"""Whose demonstrations are these? The type of an unknown demonstrator. Never reads the types.
+"""Identification: the type of an unknown demonstrator. Never reads the types.
 
 Source: Angelov et al. 2020: argmax_s Σ log C_s(z_I, z_θ). Differs: that sum always elects the
 type that accepts everything. A demonstrator who shows what they accept draws from
@@ -23,7 +23,7 @@ from demospec.progress import Progress, silent
 from demospec.specification.evaluation._predict import Views
 from demospec.specification.latent._control_plane import ControlPlane, plane_bounds
 
-DOUBT = 0.02
+ERROR_RATE = 0.02
 """Share of verdicts taken to be wrong for no reason: one contradiction must not decide alone."""
 
 PLANE_SIDE = 15
@@ -184,21 +184,21 @@ def acceptances(
     return found, judged, views.unjudged
 
 
-def type_posterior(found: Acceptances, doubt: float = DOUBT) -> FloatArray:
+def type_posterior(found: Acceptances, error_rate: float = ERROR_RATE) -> FloatArray:
     """Posterior (T,) over the types, equal before, of one demonstrator's demonstrations."""
-    score = log_likelihood(found, doubt).sum(axis=0)
+    score = log_likelihood(found, error_rate).sum(axis=0)
     weight = np.exp(score - score.max())
     return np.asarray(weight / weight.sum())
 
 
-def log_likelihood(found: Acceptances, doubt: float = DOUBT) -> FloatArray:
+def log_likelihood(found: Acceptances, error_rate: float = ERROR_RATE) -> FloatArray:
     """(n, T) log-likelihood of each demonstration under each type, up to a constant."""
-    c = doubt + (1 - 2 * doubt) * found.c
+    c = error_rate + (1 - 2 * error_rate) * found.c
     if (found.valid == 0).any():
         said = found.valid[:, None]
         labelled = np.where(said == 1, np.log(c), np.log(1 - c))
         return np.asarray(np.where(said >= 0, labelled, 0.0))
-    mean = doubt + (1 - 2 * doubt) * found.mean
+    mean = error_rate + (1 - 2 * error_rate) * found.mean
     return np.asarray(np.log(c) - np.log(mean))
 
 
@@ -206,7 +206,8 @@ def _surprise(found: Acceptances, best: int) -> float:
     """Two-sided chance of the acceptances under type `best`, corrected for the types compared.
 
     For each type r: how many of the demonstrations r accepts, against how many it would accept
-    of paths that `best` produces (normal approximation of the Poisson binomial, `DOUBT` added).
+    of paths that `best` produces (normal approximation of the Poisson binomial, `ERROR_RATE`
+    added).
     Only demonstrations that were not rejected by their demonstrator count.
     """
     from scipy.special import erfc
@@ -215,7 +216,7 @@ def _surprise(found: Acceptances, best: int) -> float:
     if not shown.any():
         return 1.0
     accepted = (found.c[shown] > 0.5).sum(axis=0)
-    chance = DOUBT + (1 - 2 * DOUBT) * found.expected[shown][:, best]  # (n, T)
+    chance = ERROR_RATE + (1 - 2 * ERROR_RATE) * found.expected[shown][:, best]  # (n, T)
     spread = np.sqrt((chance * (1 - chance)).sum(axis=0))
     # Half a count of continuity correction keeps small numbers from looking surprising.
     excess = np.maximum(0.0, np.abs(accepted - chance.sum(axis=0)) - 0.5) / spread

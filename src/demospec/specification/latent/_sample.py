@@ -203,8 +203,8 @@ def _langevin(
     unit = plane.view.scene.length_scale / 100 if certain else 1.0
     for _ in range(LANGEVIN_STEPS):
         logits, slope = (found / unit for found in plane.logits_and_gradients(z, type))
-        doubt = 0.5 * (1 - np.tanh(0.5 * logits))
-        drift = 0.5 * step2 * doubt[:, None, None] * slope
+        p_invalid = 0.5 * (1 - np.tanh(0.5 * logits))
+        drift = 0.5 * step2 * p_invalid[:, None, None] * slope
         norm = np.linalg.norm(drift, axis=2, keepdims=True)
         drift = drift * np.minimum(1.0, np.sqrt(step2) / np.maximum(norm, 1e-12))
         trial = z + drift + np.sqrt(step2) * rng.standard_normal(z.shape)

@@ -1,4 +1,4 @@
-"""Scenes through a model's latent space: as it saw them, and new ones like them."""
+"""Scenes through a model's latent space: reconstructions, and samples like them."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def reconstruct_scenes(
             true = network_image(scene).transpose(1, 2, 0).astype(np.float64)
         else:
             code = fitted.encode(scene)
-            picture, numbers, things = fitted.decode(code), code.numbers, len(code.slots)
+            picture, numbers, things = fitted.decode(code), code.numbers, len(code.objects)
             true = scene.pixels() / 255.0
         error = float(np.sqrt(np.mean((picture / 255.0 - true) ** 2)))
         out.append(Reconstruction(scene.scene_id, picture, error, numbers, things))

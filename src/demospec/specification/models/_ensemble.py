@@ -1,4 +1,4 @@
-"""Several models of one kind, fitted alike but for chance: where they disagree, nobody knows.
+"""Ensemble: several models of one kind, fitted alike but for chance; their spread.
 
 The ensemble's logit is the mean of its members' logits, so that it does not saturate, has the
 mean of their gradients, and p > ½ exactly where it is > 0; p(valid) is the logistic function of
@@ -103,7 +103,7 @@ class EnsembleView(LogisticView):
 
     @property
     def scene(self) -> Scene:
-        """The scene they looked at."""
+        """The scene that they observed."""
         found: View = self.views[0]
         return found.scene
 

@@ -36,7 +36,7 @@ def write_members(
     weights: ModelWeights = {}
     for k, member in enumerate(stored):
         for name, array in member.weights.items():
-            # What every member has alike (the field model's body, where it is not tuned) is
+            # What every member has alike (the field model's network, where it is not tuned) is
             # kept with the first.
             if k == 0 or name not in first or not np.array_equal(first[name], array):
                 weights[f"{k}.{name}"] = array

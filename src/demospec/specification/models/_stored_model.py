@@ -1,4 +1,4 @@
-"""What fitted networks have in common: arrays in a folder, and views whose odds are logistic."""
+"""Fitted networks: arrays in a folder, and views whose odds are logistic."""
 
 from __future__ import annotations
 

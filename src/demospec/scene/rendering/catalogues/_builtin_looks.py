@@ -1,4 +1,4 @@
-"""What the builtin items share: palettes, and a series of looks that each name seeds."""
+"""Palettes of the builtin items, and series of variants that each name seeds."""
 
 from __future__ import annotations
 
