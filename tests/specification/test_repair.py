@@ -209,7 +209,7 @@ def test_explanation_speaks_in_units_and_works_with_rules():
     path = ControlPlane(view).paths(np.array([[[50.0, 50.0]]]))[0]
     found = explain(view, path, "careful", metres_per_unit=0.004)
     assert not found.valid
-    assert "glass glass-0" in found.sentence
+    assert "inside glass-0" in found.sentence  # the id names the class already
     assert "cm" in found.sentence
     assert found.flips
 
