@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +24,7 @@ from demospec.errors import InputError
 from demospec.frames import Frame
 from demospec.planning.exports import ExportRequest, export_request, export_to
 from demospec.rules import ClearanceRule, RuleSet, TypeRules
-from demospec.scene import Disc, Polygon, Scene, SceneObject
+from demospec.scene import Disc, Picture, Polygon, Scene, SceneObject
 
 START, GOAL, GLASS = (0.05, 0.05), (0.75, 0.55), (0.40, 0.30)
 
@@ -151,3 +152,83 @@ def test_a_spoilt_frame_is_one_line(frame: object, tmp_path: Path) -> None:
     file.write_text(json.dumps({**json.loads(file.read_text()), "frame": frame}))
     with pytest.raises(InputError, match="frame"):
         read_set(tmp_path / "set")
+
+
+def through_a_camera(matrix: np.ndarray) -> tuple[DemonstrationSet, float]:
+    """The table as pixels of a camera, and metres per pixel at its middle; `matrix` leads back."""
+    from demospec.planning.exports._into_frame import _scale, _shape, _through
+
+    data, there = a_set(), np.linalg.inv(matrix)
+
+    def at(p: tuple[float, ...]) -> tuple[float, float]:
+        x, y = _through(there, np.array([p]))[0]
+        return float(x), float(y)
+
+    scene = data.scenes[0]
+    objects = tuple(
+        replace(o, center=at(o.center), footprint=_shape(there, o.outline))
+        for o in scene.listed_objects()
+    )
+    picture = Picture(array=np.zeros((300, 400, 3), dtype=np.uint8))
+    moved = replace(scene, start=at(scene.start), goal=at(scene.goal), objects=objects,
+                    picture=picture)  # fmt: skip
+    paths = [replace(d, points=_through(there, d.points)) for d in data.demonstrations]
+    rows = tuple(tuple(row) for row in matrix.tolist())
+    scale = _scale(matrix, np.array(at((0.4, 0.3))))
+    seen = replace(
+        data, scenes=(moved,), demonstrations=Demonstrations.of(paths), units="px",
+        metres_per_unit=scale, frame=Frame("map", "up", rows),  # type: ignore[arg-type]
+    )  # fmt: skip
+    return seen, scale
+
+
+@pytest.mark.parametrize("perspective", [0.0, 2e-4])
+def test_pixels_that_were_metres_go_back_to_where_they_were(
+    perspective: float, tmp_path: Path
+) -> None:
+    turn = 0.0025 * np.array([[np.cos(0.3), np.sin(0.3)], [np.sin(0.3), -np.cos(0.3)]])
+    matrix = np.eye(3)
+    matrix[:2, :2], matrix[:2, 2], matrix[2, 0] = turn, [-0.2, 0.6], perspective
+    data, scale = through_a_camera(matrix)
+    rules = RuleSet(
+        {"me": TypeRules(ClearanceRule({"glass": 0.04 / scale, "book": 0.02 / scale}))}, "px", scale
+    )
+    request = export_request(rules, data.scenes[0], "me", axes=data.axes)
+    header, rows = way(request, tmp_path)
+    assert header == ["t_s", "x_m", "y_m"]
+    assert np.allclose(rows[[0, -1], 1:], [START, GOAL], atol=1e-9)
+    if not perspective:
+        _, direct = way(request_for(), tmp_path)
+        assert rows[-1, 0] == pytest.approx(
+            direct[-1, 0], rel=0.01
+        )  # another grid and room, the same way
+    gaps = np.hypot(*(rows[:, 1:] - GLASS).T) - 0.05
+    assert gaps.min() > 0.03
+    export_to(request, "moveit", tmp_path / "m")
+    glass, book = json.loads((tmp_path / "m" / "planning_scene.json").read_text())["world"][
+        "collision_objects"
+    ]
+    assert glass["header"]["frame_id"] == "map"
+    if not perspective:
+        position = glass["primitive_poses"][0]["position"]
+        assert np.allclose([position["x"], position["y"]], GLASS)
+    assert outwards(book["meshes"][0])
+    export_to(request, "nav2", tmp_path / "n")
+    about = yaml.safe_load((tmp_path / "n" / "keepout.yaml").read_text())
+    cells = np.asarray(Image.open(tmp_path / "n" / "keepout.pgm"))[::-1]
+    for place, blocked in ((GLASS, True), ((0.15, 0.45), True), (START, False), (GOAL, False)):
+        column, row = ((np.array(place) - about["origin"][:2]) / about["resolution"]).astype(int)
+        assert (cells[row, column] == 0) == blocked
+
+
+def test_map_and_keep_out_agree_cell_by_cell(tmp_path: Path) -> None:
+    for resolution in (None, 1.0, 40.0):
+        data = a_set()
+        rules = RuleSet({"me": TypeRules(ClearanceRule({"glass": 0.04}))}, "m", 1.0)
+        request = export_request(rules, data.scenes[0], "me", axes=data.axes, resolution=resolution)
+        export_to(request, "nav2", tmp_path / "out", replace=True)
+        graded, keepout = (
+            np.asarray(Image.open(tmp_path / "out" / f"{name}.pgm")) for name in ("map", "keepout")
+        )
+        assert ((graded < 255) == (keepout == 0)).all()
+        assert (keepout == 0).any()

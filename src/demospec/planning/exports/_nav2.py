@@ -4,7 +4,8 @@ Source of the semantics: nav2_map_server `map_io.cpp` (modes, row order), nav2_c
 `filter_values.hpp` (filter types, 0 = no speed limit).
 
 - ``map.pgm`` (mode scale): 0 free, 1…99 in the clearance, the deeper the higher, 100 in the
-  object itself.
+  object itself; 1 in a cell that a zone only touches, so that it is free nowhere where
+  ``keepout.pgm`` blocks.
 - ``keepout.pgm`` (mode scale): 100 in every cell that a zone touches, else 0. A cell is blocked
   as soon as any part of it is: a path between free cells keeps the rule.
 - ``speed.pgm`` (mode raw): percent of the full speed within one clearance of a zone, from 30 at
@@ -51,7 +52,8 @@ def occupancy(request: ExportRequest) -> NDArray[np.int8]:
         # Within the clearance 1…99, in the object 100.
         within = np.clip(np.ceil(99 * (1 - gap / reach)), 1, 99)
         share = np.maximum(share, np.where(gap <= 0, 100, np.where(gap < reach, within, 0)))
-    return share.astype(np.int8)
+    # What the keep-out mask blocks is not free here either.
+    return np.where(touched(request), np.maximum(share, 1), share).astype(np.int8)
 
 
 def touched(request: ExportRequest) -> NDArray[np.bool_]:

@@ -3,7 +3,7 @@
 Frame of every export: metres, in the frame that the data came in. A picture's pixels become metres
 with x right, y away from the viewer (up in the picture) and the origin at the picture's bottom-left
 outer corner, as ROS has it for maps; coordinates of a set without pictures stay what they are,
-times the metres of a unit.
+times the metres of a unit. Pixels that were metres go back through the homography of their frame.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from demospec.planning._constraint import Plannable, capped_zones
 from demospec.planning._cost_map import CostMap
 from demospec.planning._plan import cost_map, plan_path, units_of
 from demospec.planning._results import Envelope, Plan
+from demospec.planning.exports._into_frame import into_frame
 from demospec.scene import Scene
 
 MOST_CELLS = 4_000_000
@@ -140,8 +141,10 @@ def export_request(
     if resolution is None:
         where = replace(where, cell=_fine_cell(where))
     units = units_of(rules)
-    return ExportRequest(
-        scene, where, plan, speed_m_s, Frame.of_units(units) if axes is None else axes, units
+    return into_frame(
+        ExportRequest(
+            scene, where, plan, speed_m_s, Frame.of_units(units) if axes is None else axes, units
+        )
     )
 
 
