@@ -24,6 +24,7 @@ from demospec.errors import InputError
 from demospec.frames import FloatArray
 from demospec.parallel import iterate_tasks
 from demospec.progress import Progress, silent
+from demospec.rules import RuleSet, rules_for_set
 from demospec.scene import Scene, Source
 
 SCENES_A_TASK = 2
@@ -121,6 +122,8 @@ def _prepared(
     source: Source,
     catalogue: str | None,
 ) -> tuple[SceneTrials, dict[str, str], DemonstrationSet, Sequence[Scene]]:
+    if isinstance(model, RuleSet):
+        model = rules_for_set(model, data)
     chosen = data if split == "all" else data.of_split(split)
     scenes = pictures_in_memory(chosen).scenes
     editor = editor_for(

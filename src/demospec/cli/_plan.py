@@ -92,7 +92,7 @@ def plan(
     if json:
         print_json(document)
     else:
-        _show(document, data.metres_per_unit, data.units)
+        _show(document, document["metres_per_unit"], data.units)
 
 
 def _show(document: dict[str, Any], metres_per_unit: float | None, units: str = "px") -> None:

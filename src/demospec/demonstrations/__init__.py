@@ -19,6 +19,7 @@ if TYPE_CHECKING:
         fit_bezier,
         resample,
     )
+    from demospec.demonstrations._one_unit import in_one_unit
     from demospec.demonstrations._protocol import (
         DifferentiableView,
         JudgingView,
@@ -71,6 +72,7 @@ __all__ = [
     "edit",
     "fit_bezier",
     "cut_rows",
+    "in_one_unit",
     "iterate_batches",
     "read_part",
     "object_from_json",
@@ -111,6 +113,7 @@ _HOME = {
     "densify": "_bezier",
     "edit": "editing._edit:",
     "fit_bezier": "_bezier",
+    "in_one_unit": "_one_unit",
     "iterate_batches": "large._stream",
     "object_from_json": "_schema",
     "p_valid_mean": "_protocol",

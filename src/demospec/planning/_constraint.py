@@ -69,6 +69,11 @@ def type_of(rules: Plannable, type: str | None) -> str:
     return chosen_type(rules if isinstance(rules, RuleSet) else rules_of_model(rules), type)
 
 
+def rules_in(rules: Plannable, scene: Scene) -> RuleSet:
+    """The rules of what can be planned with, in the unit of a scene."""
+    return (rules if isinstance(rules, RuleSet) else rules_of_model(rules)).in_scene(scene)
+
+
 def constraint_of(
     rules: Plannable,
     scene: Scene,
@@ -90,16 +95,13 @@ def constraint_of(
         InputError: Unknown type, envelope or symbol.
         CannotJudgeError: The scene does not list its objects.
     """
-    if not isinstance(rules, RuleSet):
-        read = rules_of_model(rules)
-        of = chosen_type(read, type)
-        if scene.objects is None:
-            zones = seen_zones(rules, scene, of, envelope, symbols=symbols)
-            return Constraint(scene, zones, judged_by="model")
-        rules = read
-    of = chosen_type(rules, type)
+    read = rules_in(rules, scene)
+    of = chosen_type(read, type)
+    if scene.objects is None and not isinstance(rules, RuleSet):
+        zones = seen_zones(rules, scene, of, envelope, symbols=symbols)
+        return Constraint(scene, zones, judged_by="model")
     listed = scene.listed_objects()
-    rule = rules.of_type(of)
+    rule = read.of_type(of)
     known = {o.symbol for o in listed} | set(rule.clearance.relevant if rule.clearance else ())
     for symbol in symbols or ():
         if symbol not in known:

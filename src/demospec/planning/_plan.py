@@ -15,14 +15,19 @@ from demospec.errors import InputError
 from demospec.frames import FloatArray, metres_of_unit
 from demospec.planning._blockers import blockers, share_that_fits
 from demospec.planning._budget import plan_within_budget
-from demospec.planning._constraint import Constraint, Plannable, capped_at_ends, constraint_of
+from demospec.planning._constraint import (
+    Constraint,
+    Plannable,
+    capped_at_ends,
+    constraint_of,
+    rules_in,
+)
 from demospec.planning._cost_map import WEIGHT, CostMap, Preset, map_bounds
 from demospec.planning._grid import plan_on_grid
 from demospec.planning._influence import evenly
 from demospec.planning._results import Envelope, Plan, PlanCheck, Zone
-from demospec.planning._seen import rules_of_model
 from demospec.planning._zones import chosen_type
-from demospec.rules import RuleSet, refuse_unexplained
+from demospec.rules import refuse_unexplained
 from demospec.scene import Scene
 
 PLANNERS = ("grid", "latent", "rrtstar", "bitstar", "informed-rrtstar")
@@ -57,10 +62,13 @@ def cost_map(
         CannotJudgeError: The scene does not list its objects.
     """
     constraint = constraint_of(rules, scene, type, envelope, symbols=symbols)
-    return _map_of(constraint, rules, resolution, weight, preset)
+    return map_of(constraint, scale_of(rules, scene), resolution, weight, preset)
 
 
-def _scale(rules: Plannable) -> float | None:
+def scale_of(rules: Plannable, scene: Scene) -> float | None:
+    """Metres in a unit of a scene, as the rules or the scene know them."""
+    if scene.metres_per_unit is not None:
+        return scene.metres_per_unit
     scale: float | None = getattr(rules, "metres_per_unit", None)
     return metres_of_unit(units_of(rules), scale)
 
@@ -70,10 +78,10 @@ def units_of(rules: Plannable) -> str:
     return str(getattr(rules, "units", "px"))
 
 
-def _map_of(
+def map_of(
     constraint: Constraint,
-    rules: Plannable,
-    resolution: float | None,
+    metres_per_unit: float | None,
+    resolution: float | None = None,
     weight: float | None = None,
     preset: Preset = "physical",
 ) -> CostMap:
@@ -84,7 +92,7 @@ def _map_of(
     percent = max(bounds[2] - bounds[0], bounds[3] - bounds[1]) / 100
     cell = percent if resolution is None else 1.0 / resolution
     price = WEIGHT / percent if weight is None else weight
-    return CostMap(zones, bounds, cell, price, preset, _scale(rules))
+    return CostMap(zones, bounds, cell, price, preset, metres_per_unit)
 
 
 def check_plan(
@@ -161,13 +169,40 @@ def plan_path(
         CannotJudgeError: The scene does not list its objects.
         MissingExtraError: OMPL is not installed.
     """
+    plan, _ = planned(
+        rules, scene, type, envelope, planner=planner, resolution=resolution, symbols=symbols,
+        start=start, goal=goal, allowance=allowance, seed=seed, time_limit_s=time_limit_s,
+        unknown_clearance=unknown_clearance, anyway=anyway,
+    )  # fmt: skip
+    return plan
+
+
+def planned(
+    rules: Plannable,
+    scene: Scene,
+    type: str | None = None,
+    envelope: Envelope = "upper",
+    *,
+    planner: str = "grid",
+    resolution: float | None = None,
+    symbols: Sequence[str] | None = None,
+    start: Sequence[float] | None = None,
+    goal: Sequence[float] | None = None,
+    allowance: float = 0.0,
+    seed: int = 0,
+    time_limit_s: float = 2.0,
+    unknown_clearance: float | None = None,
+    anyway: bool = False,
+) -> tuple[Plan, Constraint]:
+    """A plan and what it had to keep, allowance apart. Arguments and errors as of `plan_path`."""
     began = time.perf_counter()
     if planner not in PLANNERS:
         raise InputError(f"one of {', '.join(PLANNERS)}", planner, field="planner")
     if not (np.isfinite(allowance) and allowance >= 0):
         raise InputError("an allowance >= 0", allowance, field="allowance")
-    read = rules if isinstance(rules, RuleSet) else rules_of_model(rules)
+    read = rules_in(rules, scene)
     of = chosen_type(read, type)
+    scale, units = scale_of(rules, scene), units_of(read)
     refuse_unexplained(read.of_type(of).fit, of, anyway=anyway)
     if unknown_clearance is not None and not unknown_clearance >= 0:
         raise InputError("a clearance >= 0", unknown_clearance, field="unknown_clearance")
@@ -176,16 +211,17 @@ def plan_path(
     )
     a = np.array((scene.start if start is None else start)[:2], dtype=np.float64)
     b = np.array((scene.goal if goal is None else goal)[:2], dtype=np.float64)
-    _check_on_table(_map_of(constraint, rules, resolution), scene, a, b)
-    constraint = capped_at_ends(constraint, rules, of, a, b, _scale(rules), units_of(rules))
+    _check_on_table(constraint, a, b)
+    constraint = capped_at_ends(constraint, rules, of, a, b, scale, units)
     kept = replace(constraint, zones=_grown(constraint.zones, allowance, a, b))
-    where = _map_of(kept, rules, resolution)
+    where = map_of(kept, scale, resolution)
     let_be = _within_room(constraint.unknown, a, b) if constraint.soft is None else ()
     path = None
     if let_be:
         careful = replace(kept, zones=kept.zones + let_be)
-        path = _searched(planner, _map_of(careful, rules, resolution), careful, a, b, seed,
-                         time_limit_s)  # fmt: skip
+        path = _searched(
+            planner, map_of(careful, scale, resolution), careful, a, b, seed, time_limit_s
+        )
     spared = path is not None
     if path is None:
         path = _searched(planner, where, kept, a, b, seed, time_limit_s)
@@ -197,13 +233,13 @@ def plan_path(
         "unbounded": constraint.unbounded,
         "capped": constraint.capped,
         "uninformed": constraint.uninformed,
-        "metres_per_unit": _scale(rules),
+        "metres_per_unit": scale,
         "judged_by": constraint.judged_by,
         "unknown_clearance": max(zone.radius for zone in constraint.unknown) if spared else None,
         "decided": constraint.decided,
     }
     if path is not None:
-        return Plan(
+        plan = Plan(
             status="found",
             points=path,
             length=float(np.hypot(*np.diff(path, axis=0).T).sum()),
@@ -212,6 +248,7 @@ def plan_path(
             seconds=time.perf_counter() - began,
             **common,
         )
+        return plan, constraint
     none: dict[str, Any] = {
         "points": np.empty((0, 2)),
         "length": float("nan"),
@@ -221,9 +258,9 @@ def plan_path(
     if planner != "grid" and plan_on_grid(where, a, b) is not None:
         reason = f"{planner} found no path; planner grid finds one"
         seconds = time.perf_counter() - began
-        return Plan(status="failed", reason=reason, seconds=seconds, **none, **common)
+        return Plan(status="failed", reason=reason, seconds=seconds, **none, **common), constraint
     who = blockers(where, a, b)
-    return Plan(
+    plan = Plan(
         status="infeasible",
         blocked_by=who,
         reason=_why_blocked(where, a, b, who, budget=constraint.soft is not None),
@@ -231,6 +268,7 @@ def plan_path(
         **none,
         **common,
     )
+    return plan, constraint
 
 
 def _searched(
@@ -280,14 +318,15 @@ def _within_room(zones: tuple[Zone, ...], start: FloatArray, goal: FloatArray) -
     return tuple(kept)
 
 
-def _check_on_table(where: CostMap, scene: Scene, start: FloatArray, goal: FloatArray) -> None:
-    x0, y0, x1, y1 = where.bounds
+def _check_on_table(constraint: Constraint, start: FloatArray, goal: FloatArray) -> None:
+    zones = constraint.zones if constraint.soft is None else constraint.soft
+    x0, y0, x1, y1 = map_bounds(constraint.scene, zones)
     for name, p in (("start", start), ("goal", goal)):
         if not np.isfinite(p).all() or not (x0 <= p[0] <= x1 and y0 <= p[1] <= y1):
             raise InputError(
                 f"a {name} on the table (x {x0:g} to {x1:g}, y {y0:g} to {y1:g})",
                 f"[{p[0]:g}, {p[1]:g}]",
-                row=f"scene {scene.scene_id}",
+                row=f"scene {constraint.scene.scene_id}",
                 field=name,
             )
 

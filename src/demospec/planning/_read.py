@@ -10,7 +10,7 @@ from demospec.demonstrations import DemonstrationSet
 from demospec.errors import InputError
 from demospec.planning._constraint import Plannable
 from demospec.planning._seen import SeeingModel
-from demospec.rules import ANYONE, RuleSet, TypeRules, rules_in_unit
+from demospec.rules import ANYONE, RuleSet, TypeRules, rules_for_set
 
 
 def read_plannable(path: str | os.PathLike[str], data: DemonstrationSet | None = None) -> Plannable:
@@ -23,7 +23,7 @@ def read_plannable(path: str | os.PathLike[str], data: DemonstrationSet | None =
     Args:
         path: File or folder.
         data: The set that is planned in: rules are brought to its unit and scale
-            (`rules_in_unit`). Without a set the file's unit counts.
+            (`rules_for_set`). Without a set the file's unit counts.
 
     Raises:
         InputError: None of these, naming file and field.
@@ -42,7 +42,7 @@ def read_plannable(path: str | os.PathLike[str], data: DemonstrationSet | None =
         return read
     if isinstance(read, RuleSet):
         try:
-            return rules_in_unit(read, data.units, data.metres_per_unit)
+            return rules_for_set(read, data)
         except InputError as error:
             raise error.at(file=file) from error
     read.metres_per_unit = data.metres_per_unit  # type: ignore[attr-defined]

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from demospec.rules._learning_curve import enough_problem, enough_set, enough_words
     from demospec.rules._measurement import Observer, evidence_of
     from demospec.rules._sentences import clearance_words, listed, plural
-    from demospec.rules._units import rules_in_unit
+    from demospec.rules._units import rules_for_set, rules_in_unit
     from demospec.rules._verdicts import Known, known_of, refuse_unexplained
     from demospec.rules.active._of_set import query_set
     from demospec.rules.active._query import next_query, query_file
@@ -135,6 +135,7 @@ __all__ = [
     "LabelFit",
     "goodness_of",
     "fit_from_json",
+    "rules_for_set",
     "rules_in_unit",
     "refuse_unexplained",
 ]
@@ -200,6 +201,7 @@ _HOME = {
     "read_rules": "_documents",
     "rules_document": "_documents",
     "rules_from_document": "_documents",
+    "rules_for_set": "_units",
     "rules_in_unit": "_units",
     "refuse_unexplained": "_verdicts",
     "Known": "_verdicts",

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from demospec.demonstrations import DemonstrationSet
+from demospec.demonstrations import DemonstrationSet, in_one_unit
 from demospec.frames import describe_length
 from demospec.progress import Progress, silent
 from demospec.rules._evidence import Evidence
@@ -44,7 +44,8 @@ def learn_rules(
     """What every user type of a set keeps away from, and how far.
 
     Args:
-        data: At least one labelled demonstration in a scene that lists its objects. Labels
+        data: At least one labelled demonstration in a scene that lists its objects. Pictures of
+            different scale are learned from in metres (`in_one_unit`). Labels
             that are null are ignored with a note; types that are null too, unless no
             demonstration has one: then all are pooled under `ANYONE`.
         sharing: See `fit_clearance`.
@@ -61,8 +62,9 @@ def learn_rules(
 
     Raises:
         CannotJudgeError: No scene lists its objects.
-        InputError: No label.
+        InputError: No label; pictures of which only some have a scale.
     """
+    data = in_one_unit(data)
     seen = evidence_of(
         data, split=split, distance=distance, measure=measure, passing=passing, workers=workers,
         cluster=cluster, progress=progress,

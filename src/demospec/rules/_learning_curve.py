@@ -80,10 +80,11 @@ def enough_set(
     Raises:
         InputError, CannotJudgeError: As `learn_rules`.
     """
+    from demospec.demonstrations import in_one_unit
     from demospec.rules._fit import fit
     from demospec.rules._measurement import evidence_of
 
-    seen = evidence_of(data, split=split, distance=distance)
+    seen = evidence_of(in_one_unit(data), split=split, distance=distance)
     known = fit(seen, sharing=sharing).people
     names = sorted(known)
     rng = np.random.default_rng(seed)

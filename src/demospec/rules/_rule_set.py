@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from demospec.demonstrations import Paths, Verdict
-from demospec.errors import InputError
-from demospec.frames import FloatArray
+from demospec.errors import CannotJudgeError, InputError
+from demospec.frames import FloatArray, metres_of_unit
 from demospec.geometry import nearest_on_paths
 from demospec.rules._goodness import Fit
 from demospec.rules._verdicts import known_of, verdicts
@@ -184,9 +184,25 @@ class RuleSet:
         return replace(self, rules=dict.fromkeys(types, self.rules[ANYONE]))
 
     def see(self, scene: Scene) -> RuleView:
-        """Look at a scene; CannotJudgeError where it does not list its objects."""
+        """Look at a scene; CannotJudgeError where it does not list its objects, or has a scale of
+        its own and the rules have none."""
         scene.listed_objects()
-        return RuleView(self, scene)
+        return RuleView(self.in_scene(scene), scene)
+
+    def in_scene(self, scene: Scene) -> RuleSet:
+        """The same rules in the pixels of a scene that has a scale of its own."""
+        if scene.metres_per_unit is None:
+            return self
+        from demospec.rules._units import rules_in_unit
+
+        if metres_of_unit(self.units, self.metres_per_unit) is None:
+            raise CannotJudgeError(
+                "rules with a scale (metres_per_unit), as the picture has its own",
+                "none",
+                row=f"scene {scene.scene_id}",
+                field="metres_per_unit",
+            )
+        return rules_in_unit(self, "px", scene.metres_per_unit)
 
     def of_type(self, type: str) -> TypeRules:
         """The rules of one type; InputError lists the types there are."""

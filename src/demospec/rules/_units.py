@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
+from demospec.demonstrations import DemonstrationSet
 from demospec.errors import InputError
 from demospec.frames import metres_of_unit
 from demospec.rules._rule_set import ClearanceRule, RuleSet, TypeRules
@@ -45,6 +46,18 @@ def rules_in_unit(rules: RuleSet, units: str, metres_per_unit: float | None) -> 
             rules, rules={name: _scaled(rule, factor) for name, rule in rules.rules.items()}
         )
     return replace(rules, units=units, metres_per_unit=metres_per_unit)
+
+
+def rules_for_set(rules: RuleSet, data: DemonstrationSet) -> RuleSet:
+    """The same rules in the unit of a set (`rules_in_unit`).
+
+    Where only its scenes have a scale, each its own, they stay what they are: a scene brings
+    them to its own (`RuleSet.in_scene`).
+    """
+    own = [scene.metres_per_unit is not None for scene in data.scenes]
+    if data.scale_m is None and all(own) and rules.unit_stated:
+        return rules
+    return rules_in_unit(rules, data.units, data.metres_per_unit)
 
 
 def _scaled(rule: TypeRules, factor: float) -> TypeRules:

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 
 from demospec.errors import InputError
 from demospec.frames import PICTURE, Axis, FloatArray, Frame, PixelFrame
-from demospec.planning._constraint import Plannable, capped_zones
+from demospec.planning._constraint import Plannable, rules_in
 from demospec.planning._cost_map import CostMap
-from demospec.planning._plan import cost_map, plan_path, units_of
+from demospec.planning._plan import map_of, planned, units_of
 from demospec.planning._results import Envelope, Plan
 from demospec.planning.exports._into_frame import into_frame
 from demospec.scene import Scene
@@ -131,16 +131,15 @@ def export_request(
     """
     if not (np.isfinite(speed_m_s) and speed_m_s > 0):
         raise InputError("a speed > 0 (m/s)", speed_m_s, field="speed")
-    plan = plan_path(
+    plan, constraint = planned(
         rules, scene, type, envelope, planner=planner, resolution=resolution, symbols=symbols,
         unknown_clearance=unknown_clearance, anyway=anyway,
     )  # fmt: skip
-    where = cost_map(rules, scene, type, envelope, resolution=resolution, symbols=symbols)
-    # What the plan could not keep because of where it starts, no map may ask for.
-    where = replace(where, zones=capped_zones(where.zones, plan.capped))
+    # The map asks for what the plan kept: less where it starts or ends nearer to something.
+    where = map_of(constraint, plan.metres_per_unit, resolution)
     if resolution is None:
         where = replace(where, cell=_fine_cell(where))
-    units = units_of(rules)
+    units = units_of(rules_in(rules, scene))
     return into_frame(
         ExportRequest(
             scene, where, plan, speed_m_s, Frame.of_units(units) if axes is None else axes, units

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
-from demospec.demonstrations import DemonstrationSet
+from demospec.demonstrations import DemonstrationSet, in_one_unit
 from demospec.errors import InputError
 from demospec.rules._fit import FitMemory, fit
 from demospec.rules._measurement import Measure, Passing, evidence_of
@@ -37,6 +39,7 @@ def query_set(
     Raises:
         InputError: Not a type with labelled demonstrations.
     """
+    whole, data = data, in_one_unit(data)
     seen = evidence_of(data, split=split, measure=measure, passing=passing)
     present = [t for t in (*data.types, ANYONE) if t in seen.persons]
     if type is not None and type not in present:
@@ -54,4 +57,9 @@ def query_set(
         )
         for name in (present if type is None else [type])
     ]  # fmt: skip
-    return max(found, key=lambda q: (q.status == "ask", q.bits))
+    best = max(found, key=lambda q: (q.status == "ask", q.bits))
+    if best.points is None or whole.units == data.units:
+        return best
+    scale = whole.scale_of(whole.scene(str(best.scene)))
+    assert scale is not None  # or they were not brought into one unit
+    return replace(best, points=best.points / scale)

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from demospec.demonstrations import DemonstrationSet, ValidityModel
+from demospec.demonstrations import DemonstrationSet, ValidityModel, in_one_unit
 from demospec.errors import InputError
 from demospec.frames import FloatArray
 from demospec.progress import Progress, silent
@@ -162,6 +162,7 @@ def audit_set(
         InputError: No labels at all, or neither objects listed nor pictures nor a model.
         MissingExtraError: No objects listed, no model, and torch is absent.
     """
+    data = in_one_unit(data)
     d = data.demonstrations
     labelled = d.valid >= 0
     if not labelled.any():

@@ -68,13 +68,13 @@ def load_model(
     """
     place = Path(path)
     if place.is_file():
-        from demospec.rules import read_rules, rules_in_unit
+        from demospec.rules import read_rules, rules_for_set
 
         rules = read_rules(place).for_types(types)
         if data is None:
             return rules
         try:
-            return rules_in_unit(rules, data.units, data.metres_per_unit)
+            return rules_for_set(rules, data)
         except InputError as error:
             raise error.at(file=place) from error
     if not place.is_dir():
