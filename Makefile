@@ -9,7 +9,7 @@ JOBS ?= 2
 # them: its build is chosen by TORCH.
 CONSTRAINTS ?= -c constraints/dev.txt
 
-.PHONY: demo test test-all lint bench bench-quick docs constraints clean
+.PHONY: demo ros2 test test-all lint bench bench-quick docs constraints clean
 
 demo: $(VENV)/.demo
 	$(BIN)/demospec demo --out runs/demo
@@ -34,6 +34,12 @@ lint: $(VENV)/.dev
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+# ROS 2's wheels for the tests that use them, apart: one of them changes how every Python starts.
+ros2: $(VENV)/.dev
+	$(PYTHON) -m venv $(VENV)-ros
+	$(VENV)-ros/bin/pip install -q ros-rclpy ros-rmw-fastrtps-cpp ros-geometry-msgs ros-nav-msgs \
+		ros-visualization-msgs ros-diagnostic-msgs
 
 test: $(VENV)/.dev
 	$(BIN)/pytest -q -n $(JOBS)

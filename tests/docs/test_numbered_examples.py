@@ -24,6 +24,8 @@ SAYS = {
     "39_plan": "keeps the demonstrator's rule: True",
     "50_own_model": "normal looks out for glasses",
     "51_own_point_feature": "optimal: rejected once tilted more than 30 to 39 degrees",
+    "61_monitor_ros2": "heard: ok, violation, warn",
+    "60_monitor": "without: ok from 0.00 s, warn from 2",
 }
 NAMES = sorted(p.stem for p in EXAMPLES.glob("*.py") if not p.stem.startswith("4"))
 
@@ -32,6 +34,10 @@ NAMES = sorted(p.stem for p in EXAMPLES.glob("*.py") if not p.stem.startswith("4
 def test_example_runs(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    if name == "60_monitor":
+        pytest.importorskip("qpsolvers", reason="pip install 'demospec[filter]'")
+    if name == "61_monitor_ros2":
+        pytest.importorskip("rclpy", reason="pip install 'demospec[ros2]'")
     if name == "20_judge_pictures":
         pytest.importorskip("torch", reason="pip install 'demospec[vision]' brings torch")
     monkeypatch.setattr(sys, "argv", [name, str(tmp_path)])

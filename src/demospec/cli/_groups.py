@@ -7,7 +7,7 @@ GROUPS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("Your data", ("check", "audit", "convert", "edit", "simulate", "detect")),
     ("Learn", ("rules", "query", "fit")),
     ("Explain", ("predict", "evaluate", "identify", "causes", "scenes")),
-    ("Use", ("plan", "repair", "sample", "export", "execute")),
+    ("Use", ("plan", "repair", "sample", "export", "execute", "monitor", "check-run")),
     ("Study", ("report", "reproduce", "pretrain")),
 )
 """Title and commands of each group, in the order of `demospec --help`."""
@@ -125,6 +125,16 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "demospec execute rules.json my-set --scene 0003 --type careful",
         "demospec execute rules.json my-set --scene 0003 --robot panda --out run",
         "demospec execute rules.json my-set --scene 0003 --truth my-set/truth.json",
+    ),
+    "monitor": (
+        "demospec monitor rules.json my-set --scene 0003 --replay run.mcap",
+        "robot | demospec monitor rules.json my-set --scene 0003 --stdin --metres",
+        "demospec monitor rules.json my-set --scene 0003 --ros2 /tool_pose",
+    ),
+    "check-run": (
+        "demospec check-run rules.json my-set --scene 0003 --run run.mcap",
+        "demospec check-run rules.json my-set --scene 0003 --run bag --plan plan.json",
+        "demospec check-run rules.json my-set --scene 0003 --run bag --picture run.png",
     ),
     "report": (
         "demospec report runs/demo",

@@ -14,7 +14,7 @@ from demospec.frames import FloatArray
 from demospec.geometry import Footprint
 from demospec.monitor._conditions import Condition, MonitorSettings, State
 from demospec.monitor._distances import Distances, turned
-from demospec.monitor._results import Reading, reading_of
+from demospec.monitor._results import Finding, Reading, reading_of
 from demospec.monitor._rules import Watched, watched_of
 from demospec.monitor._track import Motion, Track
 from demospec.monitor._warnings import Warnings
@@ -69,6 +69,7 @@ class Monitor:
         anyway: bool = False,
     ) -> None:
         self.settings = settings or MonitorSettings()
+        self.scene = scene
         self.columns = tuple(columns)
         self.watched: Watched = watched_of(rules, scene, type, envelope, anyway=anyway)
         self.type = self.watched.type
@@ -85,6 +86,17 @@ class Monitor:
         self._warnings = Warnings(self.settings.confirm_s, self.settings.hold_s)
         self._newest = -math.inf
         self._reading: Reading | None = None
+        self._findings: tuple[Finding, ...] = ()
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """What every constraint said of the last sample; empty where it was no position."""
+        return self._findings
+
+    @property
+    def newest(self) -> float:
+        """Time of the newest sample that was a position, s; −inf before the first."""
+        return self._newest
 
     @property
     def objects(self) -> tuple[SceneObject, ...]:
@@ -113,6 +125,7 @@ class Monitor:
             jumped, starts the track anew: the piece between was not observed and is not
             judged, and `why` says so.
         """
+        self._findings = ()
         point, columns, fault = self._parsed(sample)
         if not math.isfinite(t):
             fault = "the time is not finite"
@@ -127,13 +140,14 @@ class Monitor:
             measured = None
         state = State(
             t, point, previous, columns, self._track.motion(measured), age,
-            frozenset(self._moved), self._object_velocities(t), self._stale(t + age),
+            frozenset(self._moved), self.object_velocities(t), self._stale(t + age),
         )  # fmt: skip
         self._moved.clear()
         findings = list(self.distances.measure(state, self.settings))
         for condition in self.conditions:
             findings += condition.measure(state, self.settings)
         findings = self._warnings.confirmed(t, findings)
+        self._findings = tuple(findings)
         return self._keep(reading_of(t, findings, self.settings.horizon_s, note))
 
     def status(self, now: float) -> Reading:
@@ -259,11 +273,17 @@ class Monitor:
         self._newest = t
         return (None, note) if last is None else (last[1], note)
 
-    def _object_velocities(self, t: float) -> dict[str, FloatArray]:
+    def object_velocities(self, t: float | None = None) -> dict[str, FloatArray]:
+        """Id → (2,) velocity, set units per second, of the objects that move.
+
+        Args:
+            t: Now, s: objects whose last update is too old are left out; None: none is.
+        """
         return {
             name: moving.motion.velocity
             for name, moving in self._moving.items()
-            if moving.motion is not None and t - moving.t <= self.settings.object_stale_s
+            if moving.motion is not None
+            and (t is None or t - moving.t <= self.settings.object_stale_s)
         }
 
     def _stale(self, now: float) -> frozenset[str]:

@@ -9,11 +9,17 @@ from demospec.planning._results import Envelope, Plan, PlanCheck, Violation, Zon
 
 if TYPE_CHECKING:
     from demospec.planning._constraint import Constraint, Plannable, constraint_of, type_of
-    from demospec.planning._cost_map import CostMap
+    from demospec.planning._cost_map import CostMap, map_bounds
     from demospec.planning._plan import PLANNERS, check_plan, cost_map, plan_path
     from demospec.planning._read import read_plannable
     from demospec.planning._zones import clearances
-    from demospec.planning.exports import ExportRequest, export_request, export_to
+    from demospec.planning.exports import (
+        ExportRequest,
+        export_request,
+        export_to,
+        grown_hulls,
+        type_store,
+    )
 
 __all__ = [
     "Constraint",
@@ -32,9 +38,12 @@ __all__ = [
     "cost_map",
     "export_request",
     "export_to",
+    "grown_hulls",
+    "map_bounds",
     "plan_path",
     "read_plannable",
     "type_of",
+    "type_store",
 ]
 
 _HOME = {
@@ -49,6 +58,9 @@ _HOME = {
     "ExportRequest": "exports",
     "export_request": "exports",
     "export_to": "exports",
+    "grown_hulls": "exports",
+    "type_store": "exports",
+    "map_bounds": "_cost_map",
     "plan_path": "_plan",
     "read_plannable": "_read",
     "type_of": "_constraint",

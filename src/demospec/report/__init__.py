@@ -51,6 +51,7 @@ if TYPE_CHECKING:
     )
     from demospec.report.pictures._envelopes import draw_envelopes
     from demospec.report.pictures._plan import draw_plan
+    from demospec.report.pictures._run import draw_run
     from demospec.report.pictures._transition import draw_transition
     from demospec.report.run._documents import (
         AuditEntry,
@@ -92,6 +93,7 @@ __all__ = [
     "draw_effect_map",
     "draw_envelopes",
     "draw_plan",
+    "draw_run",
     "draw_transition",
     "ends_svg",
     "joined",
@@ -146,6 +148,7 @@ _HOME = {
     "build_report": "_build",
     "draw_envelopes": "pictures._envelopes",
     "draw_plan": "pictures._plan",
+    "draw_run": "pictures._run",
     "draw_transition": "pictures._transition",
     "joined": "drawing._markup",
     "look_of": "_looks",

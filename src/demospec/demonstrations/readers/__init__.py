@@ -10,10 +10,19 @@ from demospec.demonstrations.readers._mapping import (
 )
 from demospec.demonstrations.readers._projection import Projection, fit_homography
 from demospec.demonstrations.readers._reading import Reading
+from demospec.demonstrations.readers.ros import (
+    Bag,
+    frame_of,
+    is_path_type,
+    open_bag,
+    points_of,
+    stamp_of,
+)
 from demospec.demonstrations.readers.tables._labels import read_label_table
 
 __all__ = [
     "FORMATS",
+    "Bag",
     "Conversion",
     "Mapping",
     "Projection",
@@ -21,9 +30,14 @@ __all__ = [
     "column_options",
     "convert",
     "fit_homography",
+    "frame_of",
     "guess_format",
+    "is_path_type",
+    "open_bag",
+    "points_of",
     "read_label_table",
     "read_mapping",
     "read_source",
+    "stamp_of",
     "with_options",
 ]

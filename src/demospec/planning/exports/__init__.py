@@ -10,7 +10,8 @@ from demospec.errors import InputError
 from demospec.files import writing_file, writing_folder
 from demospec.planning.exports._bags import write_mcap, write_rosbag2
 from demospec.planning.exports._callables import write_numpy, write_ompl
-from demospec.planning.exports._moveit import write_moveit
+from demospec.planning.exports._messages import type_store
+from demospec.planning.exports._moveit import grown_hulls, write_moveit
 from demospec.planning.exports._nav2 import write_nav2
 from demospec.planning.exports._request import ExportRequest, export_request
 from demospec.planning.exports._stl import stl_formula, stl_signals, write_stl
@@ -22,8 +23,10 @@ __all__ = [
     "ExportRequest",
     "export_request",
     "export_to",
+    "grown_hulls",
     "stl_formula",
     "stl_signals",
+    "type_store",
 ]
 
 FOLDERS: dict[str, Callable[[ExportRequest, Path], None]] = {
