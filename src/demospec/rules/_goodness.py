@@ -25,8 +25,9 @@ Verdict = Literal["explains", "partly", "not"]
 CHANCE = 0.02
 """p-value above which chance separates the labels as well: the verdict is ``not``."""
 
-EXPLAINED = 0.5
-"""Share of the errors of chance that a rule must avoid to be said to explain the labels."""
+EXPLAINED, LEAST = 0.5, 0.15
+"""Share of the errors of chance that a rule must avoid to be said to explain the labels, and to be
+said to explain a part of them."""
 
 SLIPS = 0.06
 """Up to this share of the answers may be slips of somebody who accepts (or rejects) everything:
@@ -176,7 +177,7 @@ def goodness_of_fit(
     explained = float(np.clip(1.0 - missed / chance, 0.0, 1.0)) if chance > 0 else 1.0
     few = min(int(valid.sum()), int((~valid).sum()))
     nearly_one = missed <= few <= SLIPS * n  # as likely slips as a rule that is not seen
-    failed = (p_chance > CHANCE or explained == 0.0) and not nearly_one
+    failed = (p_chance > CHANCE or explained < LEAST) and not nearly_one
     if failed:  # the rule is nothing to go by: what do the answers themselves go with?
         predicted, margin = np.full(n, valid.mean()), np.full(n, np.inf)
     suspects: tuple[Suspect, ...] = ()

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from demospec.demonstrations import DemonstrationSet
 from demospec.errors import InputError
 from demospec.frames import metres_of_unit
-from demospec.rules._rule_set import ClearanceRule, RuleSet, TypeRules
+
+if TYPE_CHECKING:
+    from demospec.rules._rule_set import RuleSet, TypeRules
 
 _SAME = 1e-9
 
@@ -69,11 +71,10 @@ def _scaled(rule: TypeRules, factor: float) -> TypeRules:
     clearance = None
     if rule.clearance is not None:
         c = rule.clearance
-        clearance = ClearanceRule(
-            {s: v * factor for s, v in c.value.items()},
-            {s: (a * factor, b * factor) for s, (a, b) in c.interval.items()},
-            c.uninformed,
-            c.distance,
+        clearance = replace(
+            c,
+            value={s: v * factor for s, v in c.value.items()},
+            interval={s: (a * factor, b * factor) for s, (a, b) in c.interval.items()},
         )
     evidence: dict[str, Any] = dict(rule.evidence)
     for name in ("at_most", "decided"):
