@@ -19,15 +19,15 @@ from demospec.rules._residuals import Covariate, scan_residuals
 
 def worlds() -> ModuleType:
     """The generator of simulated people in benchmarks/worlds.py."""
-    if "worlds" not in sys.modules:
+    if "people_worlds" not in sys.modules:
         file = Path(__file__).parents[2] / "benchmarks" / "worlds.py"
-        spec = importlib.util.spec_from_file_location("worlds", file)
+        spec = importlib.util.spec_from_file_location("people_worlds", file)
         assert spec is not None
         assert spec.loader is not None
         module = importlib.util.module_from_spec(spec)
-        sys.modules["worlds"] = module
+        sys.modules["people_worlds"] = module
         spec.loader.exec_module(module)
-    return sys.modules["worlds"]
+    return sys.modules["people_worlds"]
 
 
 @pytest.mark.parametrize("share", [0.2, 0.5, 0.8])

@@ -69,10 +69,14 @@ def test_undo_and_redo_are_of_ones_own(tmp_path: Path) -> None:
     scene = bench.scenes[0].scene_id
     mine = bench.draw(scene, PATH, actor="a")
     other = bench.draw(scene, PATH, actor="b")
-    assert bench.undo("a") == "add"
+    undone = bench.undo("a")
+    assert undone is not None
+    assert undone.kind == "add"
     assert [d.demo_id for d in bench.demonstrations] == [other.demo_id]
     assert bench.undo("a") is None
-    assert bench.redo("a") == "add"
+    redone = bench.redo("a")
+    assert redone is not None
+    assert redone.kind == "add"
     assert {d.demo_id for d in bench.demonstrations} == {mine.demo_id, other.demo_id}
     bench.undo("a")
     third = bench.draw(scene, PATH, actor="a")
