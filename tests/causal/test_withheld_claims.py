@@ -75,3 +75,39 @@ def test_the_command_withholds_them_too(tmp_path: Path, capsys: pytest.CaptureFi
     document = json.loads(capsys.readouterr().out)
     assert not any(cell["causal"] for cell in document["effects"])
     assert document["labels"]["careful"]["verdict"] == "not"
+
+
+def test_a_short_name_takes_no_others_sentence_with_it() -> None:
+    """Only the type whose answers nothing explains falls silent, whatever its name."""
+    data = simulated(coin=False)
+    d = data.demonstrations
+    rng = np.random.default_rng(1)
+    coin = (rng.random(len(d)) < 0.5).astype(np.int8)
+    d = replace_labels(d, np.where(d.type == "careful", coin, d.valid).astype(np.int8))
+    renamed = np.array(["and" if t == "careful" else t for t in d.type], dtype=object)
+    d.type = renamed
+    data = replace(data, demonstrations=d, types=("and", "normal", "aggressive"))
+    findings = find_causes(learn_rules(data, influence=False), data.scenes, settings=SETTINGS)
+    assert findings.labels["and"].verdict == "not"
+    assert any(s.startswith("and: the rule does not explain") for s in findings.sentences)
+    assert any(s.startswith("normal looks out for") for s in findings.sentences)
+    assert not any(s.startswith("and ") for s in findings.sentences)
+
+
+def test_rules_in_metres_are_asked_in_the_pixels_of_the_set(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    data = simulated(coin=False)
+    assert data.metres_per_unit is not None
+    write_set(data, tmp_path / "set")
+    said = []
+    for units, value in (("px", 6.0), ("m", 6.0 * data.metres_per_unit)):
+        rule = {"clearance": {"value": {"glass": value}}}
+        document = {"types": {"normal": rule}, "units": units}
+        (tmp_path / "r.json").write_text(json.dumps(document))
+        with pytest.raises(SystemExit) as stop:
+            main(["causes", str(tmp_path / "r.json"), str(tmp_path / "set"), "--json",
+                  "--placements", "1", "--draws", "20"])  # fmt: skip
+        assert not stop.value.code
+        said.append(json.loads(capsys.readouterr().out)["effects"])
+    assert said[0] == said[1]

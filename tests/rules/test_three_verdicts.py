@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,9 +11,10 @@ import pytest
 
 from demospec.cli import main
 from demospec.demonstrations import Demonstration, Demonstrations, DemonstrationSet, write_set
+from demospec.errors import InputError
 from demospec.rules import learn_rules, rules_document, rules_from_document
 from demospec.scene import Disc, Scene, SceneObject
-from demospec.specification import predict
+from demospec.specification import predict, predict_parts
 
 GLASS = SceneObject("glass-0", "glass", (50.0, 50.0), None, Disc((50.0, 50.0), 5.0))
 PLATE = SceneObject("plate-0", "plate", (50.0, 10.0), None, Disc((50.0, 10.0), 3.0))
@@ -119,3 +121,25 @@ def test_classes_that_stand_together_are_named_together() -> None:
 def test_classes_that_stand_apart_are_not() -> None:
     sentence = learn_rules(taught(HEIGHTS), influence=False).rules["me"].sentence
     assert "not decided which" not in sentence
+
+
+@pytest.mark.parametrize(
+    "spoilt",
+    [{"at_most": 3}, {"at_most": {"glass": "far"}}, {"decided": {"glass": 4.0}},
+     {"decided": {"glass": [1, 2, 3]}}, {"decided": {"glass": ["a", None]}},
+     {"decided": {"plate": [1.0, 2.0]}}, {"undecided": "glass"}],
+)  # fmt: skip
+def test_spoilt_evidence_is_one_line(spoilt: dict[str, object]) -> None:
+    rule = {"clearance": {"value": {"glass": 4.0}}, "evidence": spoilt}
+    with pytest.raises(InputError, match="evidence"):
+        rules_from_document({"types": {"me": rule}})
+
+
+def test_workers_judge_in_the_unit_of_the_set(tmp_path: Path) -> None:
+    """A rule in metres, a set in pixels of one centimetre: 6 cm are 6 px, not 0.06."""
+    document = {"types": {"me": {"clearance": {"value": {"glass": 0.06}}}}, "units": "m"}
+    (tmp_path / "r.json").write_text(json.dumps(document))
+    data = replace(taught({58.0: True, 62.0: True}), metres_per_unit=0.01)
+    write_set(data, tmp_path / "set")
+    parts = predict_parts(str(tmp_path / "r.json"), str(tmp_path / "set"))
+    assert [item.verdict for part in parts for item in part.items] == ["reject", "accept"]

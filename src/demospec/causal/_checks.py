@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from demospec.causal._results import CausalFindings, SymbolEffect
+from demospec.causal._sentences import sentences
 from demospec.demonstrations import ValidityModel
 from demospec.rules import LabelFit, RuleSet
 from demospec.scene import Scene
@@ -38,42 +39,55 @@ def checked(
         scenes: Without a picture the bare table cannot be moved: "not applicable".
     """
     failed = {name for name, fit in fits.items() if fit.verdict == "not" and name in findings.types}
-    words = list(findings.sentences)
-    if fits:
-        words.insert(0, OF_THE_MODEL)
-    if all(scene.picture is None for scene in scenes):
-        words = [w for w in words if not w.startswith("Moving a patch of bare table")]
-        words.append("Moving a patch of bare table: not applicable, the scenes have no pictures.")
-    for name in sorted(failed):
-        words = [w for w in words if not _is_about(w, name)]
-        fit = fits[name]
-        words.append(
-            f"{name}: permuted labels are explained as well (p = {fit.p_chance:.2g}), so nothing "
-            "is claimed of this person."
-        )
-    passed = {n: f for n, f in fits.items() if n in findings.types and f.verdict != "not"}
-    tested = {n: f for n, f in passed.items() if f.explained is not None}
-    if tested:
-        worst = max(fit.p_chance for fit in tested.values())
-        words.append(f"Permuted labels are not explained as well (p = {worst:.2g} at most).")
 
     def kept(cells: Sequence[SymbolEffect]) -> tuple[SymbolEffect, ...]:
         return tuple(
             replace(c, causal=False, verdict="undecided") if c.type in failed else c for c in cells
         )
 
+    effects = kept(findings.effects)
+    pairs = tuple(
+        replace(pair, differ=False) if {pair.from_type, pair.to_type} & failed else pair
+        for pair in findings.type_effects
+    )
+    pictures = any(scene.picture is not None for scene in scenes)
+    words = sentences(
+        [name for name in findings.types if name not in failed],
+        effects,
+        [pair for pair in pairs if not {pair.from_type, pair.to_type} & failed],
+        findings.placebo if pictures else (),
+        findings.settings,
+        findings.skipped,
+    )
+    first = (OF_THE_MODEL,) if fits else ()
     return replace(
         findings,
-        effects=kept(findings.effects),
+        effects=effects,
         others=kept(findings.others),
-        type_effects=tuple(
-            replace(pair, differ=False) if {pair.from_type, pair.to_type} & failed else pair
-            for pair in findings.type_effects
+        type_effects=pairs,
+        sentences=(
+            *((OF_THE_MODEL,) if fits else ()),
+            *words,
+            *_of_checks(findings, fits, pictures),
         ),
-        sentences=tuple(words),
         labels={name: fit for name, fit in fits.items() if name in findings.types},
     )
 
 
-def _is_about(sentence: str, name: str) -> bool:
-    return sentence.startswith(f"{name} ") or f"For {name}," in sentence or f" {name} " in sentence
+def _of_checks(findings: CausalFindings, fits: Mapping[str, LabelFit], pictures: bool) -> list[str]:
+    """Which checks apply, and whether the answers passed them."""
+    out = []
+    if findings.placebo and not pictures:
+        out.append("Moving a patch of bare table: not applicable, the scenes have no pictures.")
+    tested = {n: f for n, f in fits.items() if n in findings.types and f.explained is not None}
+    for name in sorted(n for n, f in tested.items() if f.verdict == "not"):
+        fit = tested[name]
+        chance = "" if fit.chance is None else f"; chance would give {fit.chance:.0f}"
+        out.append(
+            f"{name}: the rule does not explain the answers ({fit.contradicted} of {fit.n} "
+            f"contradict it{chance}), so nothing is claimed."
+        )
+    passed = [fit.p_chance for fit in tested.values() if fit.verdict != "not"]
+    if passed:
+        out.append(f"Permuted labels are not explained as well (p = {max(passed):.2g} at most).")
+    return out

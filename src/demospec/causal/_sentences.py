@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from demospec.causal._results import Placebo, Settings, SymbolEffect, TypeEffect
 from demospec.rules import listed, plural
@@ -14,7 +14,7 @@ def sentences(
     pairs: Sequence[TypeEffect],
     placebo: Sequence[Placebo],
     settings: Settings,
-    skipped: dict[str, str],
+    skipped: Mapping[str, str],
 ) -> tuple[str, ...]:
     """One sentence or two per type, one per pair of types, one on the placebo."""
     out = []

@@ -137,7 +137,7 @@ def causes(
         )
     data = read_set(set_folder)
     findings = checked(
-        estimate(trials, settings), fits_of(load_model(model, data.types)), data.scenes
+        estimate(trials, settings), fits_of(load_model(model, data.types, data)), data.scenes
     )
     document = findings.to_json()
     if rules is not None:

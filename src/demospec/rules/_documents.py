@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, cast
 
@@ -134,8 +134,26 @@ def _type_rules(entry: Mapping[str, Any], at: str) -> TypeRules:
 
             InfluenceRule.of(influence, f"{at}.influence").judging(f"{at}.influence")
     rule = None if clearance is None else _clearance(_mapping(clearance, f"{at}.clearance"), at)
+    _check_evidence(evidence, () if rule is None else rule.relevant, f"{at}.evidence")
     fitted = None if entry.get("fit") is None else fit_from_json(entry["fit"], f"{at}.fit")
     return TypeRules(rule, influence, sentence, evidence, fitted)
+
+
+def _check_evidence(evidence: Mapping[str, Any], relevant: Sequence[str], at: str) -> None:
+    """The parts of the evidence that verdicts and plans read."""
+    for symbol, nearest in _mapping(evidence.get("at_most", {}), f"{at}.at_most").items():
+        if nearest is not None:
+            _number(nearest, f"{at}.at_most.{symbol}")
+    for symbol, ends in _mapping(evidence.get("decided", {}), f"{at}.decided").items():
+        field = f"{at}.decided.{symbol}"
+        if symbol not in relevant:
+            raise InputError(f"a relevant symbol ({', '.join(relevant)})", symbol, field=field)
+        if not isinstance(ends, list) or len(ends) != 2:
+            raise InputError("[farthest rejected, nearest accepted]", ends, field=field)
+        for end in ends:
+            if end is not None:
+                _number(end, field)
+    _words(evidence.get("undecided", []), f"{at}.undecided")
 
 
 def _clearance(entry: Mapping[str, Any], at: str) -> ClearanceRule:

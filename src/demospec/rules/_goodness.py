@@ -20,7 +20,7 @@ from demospec.rules._residuals import Covariate, Suspect, scan_residuals
 from demospec.rules._sentences import contradictions
 from demospec.rules.clearance._version_space import BoolArray
 
-Verdict = Literal["explains", "partly", "not"]
+FitVerdict = Literal["explains", "partly", "not"]
 
 CHANCE = 0.02
 """p-value above which chance separates the labels as well: the verdict is ``not``."""
@@ -52,7 +52,7 @@ class Fit:
         suspects: What goes with the unexplained answers.
     """
 
-    verdict: Verdict
+    verdict: FitVerdict
     explained: float | None
     contradicted: int
     n: int
@@ -184,7 +184,7 @@ def goodness_of_fit(
     if missed or failed:
         residual = valid.astype(np.float64) - predicted
         suspects = scan_residuals(residual, margin, covariates(), draws=draws, seed=seed)
-    verdict: Verdict = "explains"
+    verdict: FitVerdict = "explains"
     if failed:
         verdict = "not"
     elif explained < EXPLAINED or suspects:

@@ -12,6 +12,7 @@ from demospec.demonstrations import ValidityModel, cut_rows, read_part
 from demospec.errors import InputError
 from demospec.parallel import iterate_tasks
 from demospec.progress import Progress, silent
+from demospec.rules import RuleSet, rules_for_set
 from demospec.specification.evaluation._predict import Predictions, predict_part
 from demospec.specification.evaluation._predict_kept import KeptParts, job_of
 
@@ -73,7 +74,10 @@ def predict_parts(
 
 def _judge(source: _Source, rows: tuple[int, int]) -> Predictions:
     data = read_part(source.store, *rows)
-    return predict_part(_load(source.model, data.types), data)
+    model = _load(source.model, data.types)
+    if isinstance(model, RuleSet):
+        model = rules_for_set(model, data)
+    return predict_part(model, data)
 
 
 @lru_cache(maxsize=2)
