@@ -65,11 +65,7 @@ def checked(
         effects=effects,
         others=kept(findings.others),
         type_effects=pairs,
-        sentences=(
-            *((OF_THE_MODEL,) if fits else ()),
-            *words,
-            *_of_checks(findings, fits, pictures),
-        ),
+        sentences=(*first, *words, *_of_checks(findings, fits, pictures)),
         labels={name: fit for name, fit in fits.items() if name in findings.types},
     )
 

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from demospec.cli._common import Json, Out, SetFolder, print_json, print_table, save_json, say
+from demospec.cli._monitor import ObjectsTopic, RobotTopic, Stale
 from demospec.cli._plan import Anyway, Envelope, RulesPath, SceneId, Type
 from demospec.errors import InputError
 
@@ -33,16 +34,9 @@ def check_run(
             help="Deviation from the plan that is allowed, units of the set [1 % of the scene].",
         ),
     ] = None,
-    topic: Annotated[
-        str | None, typer.Option("--topic", help="Of a bag: the topic of the robot.")
-    ] = None,
-    objects: Annotated[
-        str | None,
-        typer.Option("--objects", metavar="TOPIC", help="PoseArray or MarkerArray of objects."),
-    ] = None,
-    stale: Annotated[
-        float, typer.Option("--stale", min=0.001, help="Unknown after so many seconds of silence.")
-    ] = 0.3,
+    topic: RobotTopic = None,
+    objects: ObjectsTopic = None,
+    stale: Stale = 0.3,
     picture: Annotated[
         Path | None, typer.Option("--picture", help="Draw zones, plan, run, violations (PNG).")
     ] = None,

@@ -19,6 +19,18 @@ if TYPE_CHECKING:
     from demospec.scene import Scene
 
 
+RobotTopic = Annotated[
+    str | None, typer.Option("--topic", help="Of a bag: the topic of the robot.")
+]
+ObjectsTopic = Annotated[
+    str | None,
+    typer.Option("--objects", metavar="TOPIC", help="PoseArray or MarkerArray of objects."),
+]
+Stale = Annotated[
+    float, typer.Option("--stale", min=0.001, help="Unknown after so many seconds of silence.")
+]
+
+
 def monitor(
     rules: RulesPath,
     set_folder: Annotated[
@@ -44,22 +56,15 @@ def monitor(
             help="Subscribe to poses (PoseStamped, Odometry, Path), or /tf:PARENT>CHILD.",
         ),
     ] = None,
-    topic: Annotated[
-        str | None, typer.Option("--topic", help="Of a bag: the topic of the robot.")
-    ] = None,
-    objects: Annotated[
-        str | None,
-        typer.Option("--objects", metavar="TOPIC", help="PoseArray or MarkerArray of objects."),
-    ] = None,
+    topic: RobotTopic = None,
+    objects: ObjectsTopic = None,
     metres: Annotated[
         bool, typer.Option("--metres", help="Lines of --stdin are in metres of the robot's frame.")
     ] = False,
     warn: Annotated[
         float, typer.Option("--warn", min=0, help="Warn so many seconds before a violation.")
     ] = 0.75,
-    stale: Annotated[
-        float, typer.Option("--stale", min=0.001, help="Unknown after so many seconds of silence.")
-    ] = 0.3,
+    stale: Stale = 0.3,
     changes: Annotated[
         bool, typer.Option("--changes", help="Only the readings whose verdict changes.")
     ] = False,
