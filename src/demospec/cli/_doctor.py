@@ -21,6 +21,8 @@ SERVES: dict[str, tuple[tuple[str, ...], str]] = {
     "planners": (("ompl",), "plan --planner rrtstar, bitstar, informed-rrtstar"),
     "robot": (("mujoco", "mink", "imageio", "example-robot-data"), "execute"),
     "ros": (("rosbags", "mcap", "mcap_protobuf"), "convert of bags, export to MCAP and rosbag2"),
+    "ros2": (("rclpy",), "monitor --ros2"),
+    "filter": (("qpsolvers", "daqp"), "the monitor's velocity filter"),
     "stl": (("rtamt",), "export to STL, checked"),
     "onnx": (("onnx",), "export of models to ONNX"),
     "objects": (("pycocotools", "yaml"), "objects in COCO run-length masks and YOLO lists"),
