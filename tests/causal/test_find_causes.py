@@ -9,7 +9,7 @@ import pytest
 
 from demospec.causal import Settings, estimate, find_causes, run_trials
 from demospec.errors import CannotJudgeError, InputError
-from demospec.scene import Disc, rectangle
+from demospec.scene import Disc, Picture, rectangle
 
 SYMBOLS = ("utensil", "plate", "bowl", "glass")
 QUICK = Settings(placements=3, draws=60)
@@ -245,6 +245,13 @@ def test_no_room_anywhere_is_an_answer_without_numbers(truth, scenes) -> None:  
     document = found.to_json()["effects"][0]
     assert document["effect"] is None
     assert document["interval"] is None
+    assert "not applicable, the scenes have no pictures" in " ".join(found.sentences)
+
+
+def test_a_placebo_that_found_no_room_is_said(truth, scenes) -> None:  # type: ignore[no-untyped-def]
+    bare = Picture(array=np.full((100, 100, 3), 200, dtype=np.uint8))
+    tables = [replace(full_table(s), picture=bare) for s in scenes[:3]]
+    found = find_causes(truth, tables, ["glass"], settings=QUICK)
     assert "No scene had room for the placebo" in " ".join(found.sentences)
 
 
