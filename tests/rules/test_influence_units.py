@@ -21,6 +21,7 @@ from demospec.rules import (
     rules_in_unit,
 )
 from demospec.rules.influence import Quantum, scaled_answer
+from demospec.scene import Picture
 from demospec.testing import SYMBOLS, demonstrator_set
 
 RULES = {"careful": dict.fromkeys(SYMBOLS, 3.0), "normal": {"glass": 3.0}}
@@ -128,6 +129,25 @@ def test_F_max_is_in_units_of_the_set(metres):
     assert rule.influence_rule.settings.F_max == 4000
     with pytest.raises(InputError, match="F_max: expected a number > 0"):
         learn_rules(metres, settings={"F_max": -1})
+
+
+@pytest.mark.parametrize("times", [3, 12])
+def test_a_larger_photograph_of_the_same_table_gets_the_same_share(times):
+    """F_max and the domain are those of the table, not of how many pixels the camera has."""
+    found = {}
+    for scale in (1, times):
+        data = demonstrator_set(np.random.default_rng(0), RULES, 12, 6, scale=float(scale))
+        blank = np.zeros((100 * scale, 100 * scale, 3), dtype=np.uint8)
+        shown = tuple(replace(s, picture=Picture(array=blank)) for s in data.scenes)
+        found[scale] = learn_rules(replace(data, scenes=shown)).rules["normal"].influence
+    small, large = found[1], found[times]
+    assert small["settings"]["F_max"] == 60
+    assert large["settings"]["F_max"] == pytest.approx(60 * times)
+    assert len(large.get("contradicted", ())) <= len(small.get("contradicted", ()))
+    for end in (0, 1):
+        # The coarser whole numbers of the small picture bound the finer ones of the large.
+        share = large["hull"]["radius"]["glass"][end] / times
+        assert share == pytest.approx(small["hull"]["radius"]["glass"][end], abs=1.5)
 
 
 @pytest.mark.parametrize(

@@ -19,13 +19,19 @@ WITHIN_S = 5.0
 twenty scenes of ten demonstrations take, so that a busy machine gives the same answer."""
 
 F_MAX = 60
-"""F_max in pictures of `F_SIZE` pixels, the paper's. In sets of another unit the same share of
-their size (to the power of length that the penalty has)."""
+"""F_max in pictures of `F_SIZE` pixels, the paper's. In larger pictures and in sets of another
+unit the same share of their size (to the power of length that the penalty has)."""
 
 F_SIZE = 100
 
-_REACH = {"px": 200, "": 300}
-"""Largest T_min and T_object of the domain, in quanta: pixels, and thousandths of the size."""
+_PIXELS = 1000
+"""Up to this size of a picture the quantum is a pixel; beyond, a thousandth or so of the size."""
+
+_REACH = 300
+"""Largest T_min and T_object of the domain, in thousandths of the size."""
+
+_REACH_PX = 200
+"""The same at least, in pixels, as far as the picture reaches."""
 
 
 def influence_answer(
@@ -54,7 +60,7 @@ def influence_answer(
     """
     if valid.all() or not valid.any():
         return None, "accepted and rejected demonstrations are needed"
-    quantum = Quantum.of(data.units, data.length_scale)
+    quantum = _quantum(data)
     problem = _problem(data, rows, valid, settings, quantum)
     answer = solve(problem, time_limit_s=within_s, tolerant=True, label_noise=0.0)
     if answer.status == "infeasible" or (answer.max is None and answer.min is None):
@@ -94,12 +100,14 @@ def _problem(
     document = {"F_max": F_MAX, "thresholds": "class", **settings}
     template = problem_from_document({**document, "F_max": 1, "scenes": scenes, "trajectories": []})
     power = power_of(template.penalty, template.weights)
-    F_max = settings.get("F_max", F_MAX)
-    if data.units != "px":
-        size = data.length_scale / F_SIZE
-        given = positive(F_max, "F_max") if "F_max" in settings else F_MAX * size**power
+    if "F_max" in settings:
+        F_max = settings["F_max"]
+        if F_max is not None and not _in_pixels(data, quantum):
+            F_max = max(1, round(positive(F_max, "F_max") / quantum.length**power))
+    else:
+        given = F_MAX * (_size(data) / F_SIZE) ** power
         F_max = max(1, round(given / quantum.length**power))
-    reach = _reach(data)
+    reach = _reach(data, quantum)
     bounds = {"bounds": {"T_min": [0, reach], "T_object": [0, reach]}}
     problem = problem_from_document(
         {**bounds, **document, "F_max": F_max, "scenes": scenes, "trajectories": []}
@@ -116,10 +124,28 @@ def _problem(
     return replace(problem, trajectories=trajectories)
 
 
-def _reach(data: DemonstrationSet) -> int:
-    """The end of the domain of T_min and T_object, in quanta."""
-    if data.units != "px":
-        return _REACH[""]
+def _size(data: DemonstrationSet) -> float:
+    """The size of the scenes in units of the set: of the pictures where there are some."""
     sizes = [max(s.size_px) for s in data.scenes if s.size_px is not None]
-    extent = float(max(sizes)) if sizes else float(np.ptp(data.demonstrations.flat[:, :2]))
-    return min(int(np.ceil(extent)), _REACH["px"])
+    if data.units == "px" and sizes:
+        return float(max(sizes))
+    return F_SIZE if data.units == "px" else data.length_scale
+
+
+def _quantum(data: DemonstrationSet) -> Quantum:
+    if data.units == "px" and _size(data) <= _PIXELS:
+        return Quantum()
+    return Quantum.of("" if data.units == "px" else data.units, _size(data))
+
+
+def _in_pixels(data: DemonstrationSet, quantum: Quantum) -> bool:
+    return data.units == "px" and quantum.length == 1
+
+
+def _reach(data: DemonstrationSet, quantum: Quantum) -> int:
+    """The end of the domain of T_min and T_object, in quanta."""
+    if not _in_pixels(data, quantum):
+        return _REACH
+    has_picture = any(s.size_px is not None for s in data.scenes)
+    extent = _size(data) if has_picture else float(np.ptp(data.demonstrations.flat[:, :2]))
+    return min(int(np.ceil(extent)), max(_REACH_PX, int(_REACH * extent / 1000)))
