@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -175,10 +176,51 @@ def carried_out(data: DemonstrationSet, metre: float) -> Any:
     return {**kept, "error": done["tracking_error_m"]}
 
 
+def reported(data: DemonstrationSet, metre: float) -> Any:
+    """Every word of the report of a run folder, and those of its drawings."""
+    import tempfile
+
+    from demospec.demonstrations import write_set
+    from demospec.planning import plan_path
+    from demospec.report import build_report
+    from demospec.specification import audit_set
+
+    rules = learn_rules(data, influence=False)
+    plans = [
+        {**plan_path(rules, scene, name).to_json(), "type": name}
+        for scene in data.scenes
+        for name in rules.types
+    ]
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place)
+        write_set(data, folder / "set")
+        for name, document in (
+            ("rules", rules_document(rules)),
+            ("audit", audit_set(data).to_json()),
+            ("plans", {"plans": plans}),
+        ):
+            (folder / f"{name}.json").write_text(json.dumps(document))
+        report = build_report(folder)
+    people = [[p.sentence, [light.words for light in p.lights], p.facts, words_of(p.picture)]
+              for p in report.people]  # fmt: skip
+    sections = {s.title: [s.lead, [words_of(block) for block in s.blocks]]
+                for s in report.sections if s.anchor != "computed"}  # fmt: skip
+    return [report.summary, people, sections]
+
+
+def words_of(block: Any) -> Any:
+    """What can be read in a block: not the coordinates of a drawing."""
+    if hasattr(block, "svg"):
+        return [block.caption, re.findall(r"<(?:text|title)[^>]*>([^<]*)<", str(block.svg))]
+    if hasattr(block, "png"):
+        return [block.caption, block.alt]
+    return None if block is None else str(block)
+
+
 ANSWERS: dict[str, Answer] = {
     f.__name__: f
     for f in (learned, predicted, audited, asked, planned, repaired, explained, exported, caused,
-              carried_out)
+              carried_out, reported)
 }  # fmt: skip
 
 
