@@ -41,7 +41,7 @@ def same(found: Any, expected: Any, where: str = "") -> None:
         assert found == expected, where
 
 
-LENGTHS = {"value", "interval", "at_most", "points", "position_noise", "decided"}
+LENGTHS = {"value", "interval", "at_most", "points", "position_noise", "decided", "draws"}
 """Fields of JSON documents that hold lengths in the unit of the set."""
 
 

@@ -7,7 +7,7 @@ tests with Holm's correction, a minimum effect, and words. No network classes in
 from demospec.causal._agreement import Agreement, Disagreement, agreement
 from demospec.causal._boundary import Boundary, BoundaryShift, boundary_shift
 from demospec.causal._causal_rules import rules_of_causes
-from demospec.causal._checks import checked, fits_of
+from demospec.causal._checks import checked
 from demospec.causal._counterfactual import Counterfactual, Without, but_for
 from demospec.causal._counterfactual import but_for as had_it_not_been_there
 from demospec.causal._document import findings_from_document
@@ -29,7 +29,6 @@ from demospec.causal._trials import Trial, TrialTable, to_arrow, write_trials
 __all__ = [
     "EXACT_SCENES",
     "checked",
-    "fits_of",
     "Agreement",
     "Boundary",
     "BoundaryShift",

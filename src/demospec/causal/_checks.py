@@ -29,20 +29,38 @@ def fits_of(model: ValidityModel) -> dict[str, LabelFit]:
     return {name: rule.fit for name, rule in rules.rules.items() if rule.fit is not None}
 
 
+def open_classes(model: ValidityModel) -> dict[str, tuple[str, ...]]:
+    """Type → classes of which no answer that its rule was learned from says anything."""
+    rules = model if isinstance(model, RuleSet) else getattr(model, "rules", None)
+    if not isinstance(rules, RuleSet):
+        return {}
+    return {
+        name: rule.clearance.uninformed
+        for name, rule in rules.rules.items()
+        if rule.clearance is not None and rule.fit is not None
+    }
+
+
 def checked(
-    findings: CausalFindings, fits: Mapping[str, LabelFit], scenes: Sequence[Scene]
+    findings: CausalFindings, model: ValidityModel, scenes: Sequence[Scene]
 ) -> CausalFindings:
     """The findings with the checks that can fail: permuted labels, and the moved bare table.
 
+    Classes of which the answers say nothing are undecided: what the model does there is its own.
+
     Args:
-        fits: By type, see `fits_of`; the test against permuted labels is theirs.
+        model: What was asked; a learned rule brings its test against permuted labels.
         scenes: Without a picture the bare table cannot be moved: "not applicable".
     """
+    fits, unknown = fits_of(model), open_classes(model)
     failed = {name for name, fit in fits.items() if fit.verdict == "not" and name in findings.types}
 
     def kept(cells: Sequence[SymbolEffect]) -> tuple[SymbolEffect, ...]:
         return tuple(
-            replace(c, causal=False, verdict="undecided") if c.type in failed else c for c in cells
+            replace(c, causal=False, verdict="undecided")
+            if c.type in failed or c.symbol in unknown.get(c.type, ())
+            else c
+            for c in cells
         )
 
     effects = kept(findings.effects)
@@ -58,6 +76,7 @@ def checked(
         findings.placebo if pictures else (),
         findings.settings,
         findings.skipped,
+        unknown,
     )
     first = (OF_THE_MODEL,) if fits else ()
     return replace(
@@ -65,7 +84,11 @@ def checked(
         effects=effects,
         others=kept(findings.others),
         type_effects=pairs,
-        sentences=(*first, *words, *_of_checks(findings, fits, pictures)),
+        sentences=(
+            *first,
+            *words,
+            *_of_checks(findings, fits, pictures),
+        ),
         labels={name: fit for name, fit in fits.items() if name in findings.types},
     )
 

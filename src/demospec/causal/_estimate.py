@@ -18,7 +18,14 @@ from demospec.causal._results import (
     Verdict,
 )
 from demospec.causal._sentences import sentences
-from demospec.causal._statistics import holm, mean_interval, sign_flip_p, smallest_p
+from demospec.causal._statistics import (
+    holm,
+    mean_interval,
+    opposed,
+    sign_flip_p,
+    smallest_p,
+    widened,
+)
 from demospec.causal._trials import TrialTable
 from demospec.frames import FloatArray
 
@@ -32,6 +39,9 @@ def estimate(table: TrialTable, settings: Settings) -> CausalFindings:
     scene, and the n scene means are what is tested and resampled. Holm's correction runs over
     all (type × symbol) cells of one kind of intervention; pairs of types are a family of
     their own. A placebo is not corrected, so that it is the *harder* to pass.
+
+    Where the model is a learned rule, effects are integrated over its posterior: intervals hold
+    what differs between the rules that the answers allow, and a claim needs 95 % of them.
     """
     if settings.outcome == "verdict":
         table = verdicts(table)
@@ -81,22 +91,29 @@ def verdicts(table: TrialTable) -> TrialTable:
 
 def _family(table: TrialTable, keys: list[Key], settings: Settings) -> list[SymbolEffect]:
     """One family of tests: every type × every (symbol, onto) of one kind."""
-    raw: list[tuple[str, Key, FloatArray, float, float]] = []
+    raw: list[tuple[str, Key, FloatArray, float, float, FloatArray | None]] = []
     for key in keys:
         effect, changed, before = table.scene_differences(*key)
+        by_rule = table.rule_differences(*key)
         for k, type_ in enumerate(table.types):
             share = float(changed[k].mean()) if changed.shape[1] else float("nan")
             base = float(before[k].mean()) if before.shape[1] else float("nan")
-            raw.append((type_, key, effect[k], share, base))
+            rules = None if by_rule is None else by_rule[k]
+            raw.append((type_, key, effect[k], share, base, rules))
     # Types first, so that a table reads like the paper's, row by row.
     raw.sort(key=lambda item: table.types.index(item[0]))
-    tested = [i for i, (_, _, d, _, _) in enumerate(raw) if len(d) >= 2]
+    tested = [i for i, (_, _, d, *_) in enumerate(raw) if len(d) >= 2]
     p = {i: sign_flip_p(raw[i][2], seed=settings.seed) for i in tested}
-    corrected = dict(zip(tested, holm([p[i] for i in tested]), strict=True))
+    # What some rules of the posterior do not show is no claim, however many scenes are asked.
+    against = {i: opposed(float(raw[i][2].mean()), raw[i][5]) for i in tested}
+    corrected = {
+        i: max(p_k, against[i]) for i, p_k in zip(tested, holm([p[i] for i in tested]), strict=True)
+    }
+    p = {i: max(p[i], against[i]) for i in tested}
     cells = []
-    for i, (type_, (kind, symbol, onto), d, share, base) in enumerate(raw):
+    for i, (type_, (kind, symbol, onto), d, share, base, rules) in enumerate(raw):
         mean = float(d.mean()) if len(d) else float("nan")
-        interval = _interval(d, settings, key=(type_, kind, symbol, onto or ""))
+        interval = _interval(d, settings, key=(type_, kind, symbol, onto or ""), by_rule=rules)
         causal = _claim(mean, corrected.get(i), settings)
         cells.append(
             SymbolEffect(
@@ -139,9 +156,12 @@ def _interval(
     *,
     key: tuple[str, ...],
     bounds: tuple[float, float] = (-1.0, 1.0),
+    by_rule: FloatArray | None = None,
 ) -> tuple[float, float] | None:
     seed = stable_seed(settings.seed, *key)
-    return mean_interval(d, level=settings.level, seed=seed, bounds=bounds)
+    over_scenes = mean_interval(d, level=settings.level, seed=seed, bounds=bounds)
+    mean = float(d.mean()) if len(d) else float("nan")
+    return widened(over_scenes, mean, by_rule, level=settings.level, bounds=bounds)
 
 
 def stable_seed(seed: int, *words: str) -> int:
@@ -154,7 +174,10 @@ def stable_seed(seed: int, *words: str) -> int:
 def _estimate(table: TrialTable, k: int, settings: Settings) -> Estimate:
     means = np.array([before[k].mean() for before in table.before])
     key = ("base", table.types[k])
-    interval = _interval(means, settings, key=key, bounds=(0.0, 1.0))
+    by_rule = None
+    if table.before_by_rule:
+        by_rule = np.mean([share[k] for share in table.before_by_rule], axis=0)
+    interval = _interval(means, settings, key=key, bounds=(0.0, 1.0), by_rule=by_rule)
     return Estimate(float(means.mean()), interval, len(means))
 
 

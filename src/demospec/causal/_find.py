@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from demospec.causal._checks import checked, fits_of
+from demospec.causal._checks import checked
 from demospec.causal._estimate import estimate
 from demospec.causal._paths import region_of
 from demospec.causal._results import CausalFindings, Settings
@@ -63,7 +63,7 @@ def find_causes(
         paths=paths,
         progress=progress,
     )
-    return checked(estimate(table, settings), fits_of(model), scenes)
+    return checked(estimate(table, settings), model, scenes)
 
 
 def run_trials(

@@ -122,8 +122,6 @@ def _prepared(
     source: Source,
     catalogue: str | None,
 ) -> tuple[SceneTrials, dict[str, str], DemonstrationSet, Sequence[Scene]]:
-    if isinstance(model, RuleSet):
-        model = rules_for_set(model, data)
     if isinstance(model, RuleSet):  # a file of rules may speak in another unit
         model = rules_for_set(model, data)
     chosen = data if split == "all" else data.of_split(split)

@@ -87,8 +87,10 @@ class SymbolEffect:
         effect: Mean over scenes of (after − before), in probability of validity; NaN where
             no scene allowed the intervention.
         after: E[p(v)] afterwards, in those scenes: the number of the paper's table.
-        interval: For the effect, over scenes; None for fewer than two scenes.
-        p: Sign-flip permutation over scenes, two-sided.
+        interval: For the effect, over scenes and over the rules of the posterior where the model
+            has one; None for fewer than two scenes.
+        p: Sign-flip permutation over scenes, two-sided; at least the share of the posterior's
+            rules without such an effect.
         p_corrected: After Holm's correction within its kind of intervention.
         causal: p_corrected below the significance *and* |effect| at least the minimum.
         changed: Mean |after − before| over single paths: near 0 means that nothing responds,

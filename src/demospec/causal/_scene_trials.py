@@ -21,6 +21,7 @@ from demospec.errors import CannotJudgeError
 from demospec.frames import FloatArray
 from demospec.geometry import Bounds
 from demospec.progress import Progress, silent
+from demospec.rules import RuleView
 from demospec.scene import Editor, Scene, Template, free_places, room_around
 
 CLEAR_ENDS = 0.08
@@ -29,10 +30,10 @@ GAP = 0.02
 """Least distance between what is added and every other object, as a share of that width."""
 
 Collected = tuple[
-    list[str], list[FloatArray], list[FloatArray], list[Trial], dict[str, list[tuple[str, int]]],
-    list[str], list[tuple[str, CannotJudgeError]],
+    list[str], list[FloatArray], list[FloatArray], list[FloatArray], list[Trial],
+    dict[str, list[tuple[str, int]]], list[str], list[tuple[str, CannotJudgeError]],
 ]  # fmt: skip
-"""Scene ids, controls, before, trials, too few places, unlisted scenes, refused scenes."""
+"""Scene ids, controls, before, before by rule, trials, too few places, unlisted, refused scenes."""
 
 
 class SceneTrials:
@@ -53,6 +54,7 @@ class SceneTrials:
         self.scene_ids: list[str] = []
         self.controls: list[FloatArray] = []
         self.before: list[FloatArray] = []
+        self.before_by_rule: list[FloatArray] = []
         self.trials: list[Trial] = []
         self.short: dict[str, list[tuple[str, int]]] = {}
         self.unlisted: list[str] = []
@@ -70,11 +72,12 @@ class SceneTrials:
 
     def take(self, part: Collected) -> None:
         """Adds what was collected elsewhere, on the scenes that follow."""
-        scene_ids, controls, before, trials, short, unlisted, refused = part
+        scene_ids, controls, before, by_rule, trials, short, unlisted, refused = part
         first = len(self.scene_ids)
         self.scene_ids += scene_ids
         self.controls += controls
         self.before += before
+        self.before_by_rule += by_rule
         self.trials += [replace(t, scene=first + t.scene) for t in trials]
         for symbol, places in short.items():
             self.short.setdefault(symbol, []).extend(places)
@@ -83,8 +86,8 @@ class SceneTrials:
 
     def collected(self) -> Collected:
         """What `take` adds to another."""
-        return (self.scene_ids, self.controls, self.before, self.trials, self.short,
-                self.unlisted, self.refused)  # fmt: skip
+        return (self.scene_ids, self.controls, self.before, self.before_by_rule, self.trials,
+                self.short, self.unlisted, self.refused)  # fmt: skip
 
     def rng(self, scene: Scene, *words: str) -> np.random.Generator:
         """A stream of its own for each scene and purpose: the order of symbols is no matter."""
@@ -96,11 +99,13 @@ class SceneTrials:
         controls, paths = self._paths(scene, area)
         if not len(paths):
             raise CannotJudgeError("paths to judge", "none", row=f"scene {scene.scene_id}")
-        before = self._judge(scene, paths)
+        before, before_by_rule = self._judge(scene, paths)
         index = len(self.scene_ids)
         self.scene_ids.append(scene.scene_id)
         self.controls.append(controls)
         self.before.append(before)
+        if before_by_rule is not None:
+            self.before_by_rule.append(before_by_rule)
         listed = self.editor.listed(scene)
         if scene.objects is None:
             self.unlisted.append(scene.scene_id)
@@ -108,8 +113,9 @@ class SceneTrials:
         def trial(
             kind: str, symbol: str, k: int, at: tuple[float, float], after: Scene, **more: str
         ) -> None:
+            judged, by_rule = self._judge(after, paths)
             self.trials.append(
-                Trial(index, kind, symbol, k, at, self._judge(after, paths), **more)  # type: ignore[arg-type]
+                Trial(index, kind, symbol, k, at, judged, by_rule=by_rule, **more)  # type: ignore[arg-type]
             )
 
         kinds = self.settings.interventions
@@ -133,12 +139,21 @@ class SceneTrials:
         controls = draw_controls(area, self.settings.draws, self.rng(scene, "z_theta"))
         return controls, paths_of(scene, controls)
 
-    def _judge(self, scene: Scene, paths: Paths) -> FloatArray:
-        """(types, draws) probability of validity."""
+    def _judge(self, scene: Scene, paths: Paths) -> tuple[FloatArray, FloatArray | None]:
+        """(types, draws) probability of validity, and the share that each rule accepts.
+
+        Learned rules are asked with all that their answers allow: p is the share of the rules of
+        the posterior that accept, and (types, rules) the share of the paths that each accepts.
+        """
         if self.settings.hide_lists:
             scene = scene.seen()
         view = self.model.see(scene)
-        return np.stack([view.p_valid(paths, t) for t in self.types])
+        if isinstance(view, RuleView) and view.draws:
+            each = [view.by_draw(paths, t) for t in self.types]
+            return np.stack([a.mean(axis=0) for a in each]), np.stack(
+                [a.mean(axis=1) for a in each]
+            )
+        return np.stack([view.p_valid(paths, t) for t in self.types]), None
 
     def _spots(
         self,
@@ -256,6 +271,7 @@ class SceneTrials:
             trials=tuple(self.trials),
             notes=tuple(self._notes(skipped)),
             skipped=skipped,
+            before_by_rule=tuple(self.before_by_rule),
         )
 
     def _notes(self, skipped: dict[str, str]) -> list[str]:

@@ -15,11 +15,17 @@ def sentences(
     placebo: Sequence[Placebo],
     settings: Settings,
     skipped: Mapping[str, str],
+    unknown: Mapping[str, Sequence[str]] | None = None,
 ) -> tuple[str, ...]:
-    """One sentence or two per type, one per pair of types, one on the placebo."""
+    """One sentence or two per type, one per pair of types, one on the placebo.
+
+    Args:
+        unknown: Type → symbols of which the answers that the model learned from say nothing.
+    """
     out = []
     for type_ in types:
-        out += of_type(type_, [c for c in effects if c.type == type_])
+        cells = [c for c in effects if c.type == type_]
+        out += of_type(type_, cells, (unknown or {}).get(type_, ()))
     for symbol in skipped:
         out.append(f"Nothing can be said about {plural(symbol)}: none could be added anywhere.")
     out += [of_pair(pair, settings) for pair in pairs]
@@ -28,7 +34,7 @@ def sentences(
     return tuple(out)
 
 
-def of_type(type_: str, cells: Sequence[SymbolEffect]) -> list[str]:
+def of_type(type_: str, cells: Sequence[SymbolEffect], unknown: Sequence[str] = ()) -> list[str]:
     """What one type avoids, and what stays open."""
     if not cells:
         return []
@@ -48,8 +54,11 @@ def of_type(type_: str, cells: Sequence[SymbolEffect]) -> list[str]:
             out.append(f"{type_} looks out for nothing: {_list(closed)} change nothing.")
         elif closed:
             out.append(f"{type_} does not look out for {_list(closed, 'or')}.")
-    if open_:
-        out.append(f"For {type_}, these scenes leave {_list(open_)} undecided.")
+    silent = [s for s in open_ if s in unknown]
+    if open_ := [s for s in open_ if s not in silent]:
+        out.append(f"For {type_}, whether {_list(open_)} matter is undecided.")
+    if silent:
+        out.append(f"For {type_}, the answers say nothing about {_list(silent)}.")
     return out
 
 

@@ -82,6 +82,39 @@ def holm(p_values: Sequence[float]) -> list[float]:
     return [float(v) for v in adjusted]
 
 
+def widened(
+    interval: tuple[float, float] | None,
+    mean: float,
+    by_rule: FloatArray | None,
+    *,
+    level: float = 0.95,
+    bounds: tuple[float, float] = (-1.0, 1.0),
+) -> tuple[float, float] | None:
+    """The interval over scenes, widened by what differs between the rules of the posterior.
+
+    The two sources are independent: their margins on either side are added in squares (Zou and
+    Donner 2008, MOVER).
+
+    Args:
+        interval: Over scenes; None for fewer than two.
+        by_rule: (rules,) the mean under each rule; None without a posterior.
+    """
+    if interval is None or by_rule is None:
+        return interval
+    tail = (1.0 - level) / 2.0
+    low, high = np.quantile(by_rule, [tail, 1.0 - tail])
+    below = float(np.hypot(mean - interval[0], max(0.0, mean - low)))
+    above = float(np.hypot(interval[1] - mean, max(0.0, high - mean)))
+    return max(bounds[0], mean - below), min(bounds[1], mean + above)
+
+
+def opposed(mean: float, by_rule: FloatArray | None) -> float:
+    """The share of the posterior's rules under which there is no effect in this direction."""
+    if by_rule is None:
+        return 0.0
+    return float((by_rule * np.sign(mean) <= 1e-12).mean())
+
+
 def mean_interval(
     values: ArrayLike,
     *,

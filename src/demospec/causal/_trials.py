@@ -27,6 +27,8 @@ class Trial:
         placement: Number of the place (``add``, ``move``, ``placebo``) or object.
         center: Where, pixels.
         after: (types, draws) probability of validity afterwards.
+        by_rule: (types, rules) share of the paths that each rule of the posterior accepts
+            afterwards; None where the model has no posterior.
         onto: The symbol put instead (swaps).
         source: Which item was put there, in words.
     """
@@ -39,6 +41,7 @@ class Trial:
     after: FloatArray
     onto: str | None = None
     source: str = ""
+    by_rule: FloatArray | None = None
 
 
 @dataclass(frozen=True)
@@ -51,6 +54,7 @@ class TrialTable:
         symbols: Symbols that were to be added.
         controls: Per scene (draws, 2): z_θ, pixels.
         before: Per scene (types, draws).
+        before_by_rule: Per scene (types, rules) as `Trial.by_rule`; empty without a posterior.
         trials: In the order of scenes.
         notes: Smaller n, stated.
         skipped: Symbol → why nothing of it could be added.
@@ -64,6 +68,23 @@ class TrialTable:
     trials: tuple[Trial, ...]
     notes: tuple[str, ...]
     skipped: dict[str, str]
+    before_by_rule: tuple[FloatArray, ...] = ()
+
+    def rule_differences(
+        self, intervention: Intervention, symbol: str, onto: str | None = None
+    ) -> FloatArray | None:
+        """(types, rules) mean effect over scenes under each rule of the posterior; None without."""
+        if not self.before_by_rule:
+            return None
+        sums: dict[int, list[FloatArray]] = {}
+        for trial in self.trials:
+            same = trial.intervention == intervention and trial.symbol == symbol
+            if same and trial.onto == onto and trial.by_rule is not None:
+                change = trial.by_rule - self.before_by_rule[trial.scene]
+                sums.setdefault(trial.scene, []).append(change)
+        if not sums:
+            return None
+        return np.asarray(np.mean([np.mean(p, axis=0) for p in sums.values()], axis=0))
 
     def scene_differences(
         self, intervention: Intervention, symbol: str, onto: str | None = None

@@ -99,7 +99,6 @@ def causes(
         Settings,
         checked,
         estimate,
-        fits_of,
         trials_of_stored,
         write_trials,
     )
@@ -136,9 +135,8 @@ def causes(
             progress=progress,
         )
     data = read_set(set_folder)
-    findings = checked(
-        estimate(trials, settings), fits_of(load_model(model, data.types, data)), data.scenes
-    )
+    asked = load_model(model, data.types, data)
+    findings = checked(estimate(trials, settings), asked, data.scenes)
     document = findings.to_json()
     if rules is not None:
         from demospec.causal import agreement, rules_of_causes

@@ -10,6 +10,7 @@ from typing import Any, cast
 
 from demospec.errors import InputError
 from demospec.files import read_json
+from demospec.rules._draws import MOST_DRAWS
 from demospec.rules._goodness import fit_from_json
 from demospec.rules._rule_set import ANYONE, ClearanceRule, RuleSet, TypeRules
 from demospec.rules.clearance._measure import Distance
@@ -47,6 +48,7 @@ def clearance_document(rule: ClearanceRule) -> dict[str, Any]:
         "interval": {s: [_bound(a), _bound(b)] for s, (a, b) in rule.interval.items()},
         "value": {s: float(v) for s, v in rule.value.items()},
         "distance": rule.distance,
+        **({"draws": [dict(draw) for draw in rule.draws]} if rule.draws else {}),
     }
 
 
@@ -179,7 +181,14 @@ def _clearance(entry: Mapping[str, Any], at: str) -> ClearanceRule:
     distance = entry.get("distance", "footprint")
     if distance not in ("footprint", "center"):
         raise InputError("footprint or center", distance, field=f"{at}.distance")
-    return ClearanceRule(numbers, interval, uninformed, cast(Distance, distance))
+    draws = entry.get("draws", [])
+    if not isinstance(draws, list) or len(draws) > MOST_DRAWS:
+        raise InputError(f"a list of at most {MOST_DRAWS} rules", draws, field=f"{at}.draws")
+    drawn = []
+    for k, draw in enumerate(draws):
+        field = f"{at}.draws.{k}"
+        drawn.append({s: _number(c, f"{field}.{s}") for s, c in _mapping(draw, field).items()})
+    return ClearanceRule(numbers, interval, uninformed, cast(Distance, distance), tuple(drawn))
 
 
 def _mapping(value: Any, field: str | None) -> dict[str, Any]:

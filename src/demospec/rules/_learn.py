@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy as np
 from demospec.demonstrations import DemonstrationSet, in_one_unit
 from demospec.frames import describe_length
 from demospec.progress import Progress, silent
+from demospec.rules._draws import drawn
 from demospec.rules._evidence import Evidence
 from demospec.rules._fit import FitMemory, Posterior, fit
 from demospec.rules._fit_to_labels import goodness_of
@@ -110,7 +112,8 @@ def _type_rules(
             words = influence_words(answer, data.metres_per_unit, data.units)
         evidence["influence"] = words or reason
     tested = goodness_of(data, own, fit)
-    return TypeRules(fit.rule, answer, type_sentence(data, fit, own, tested), evidence, tested)
+    rule = replace(fit.rule, draws=drawn(fit.particles, fit.symbols))
+    return TypeRules(rule, answer, type_sentence(data, fit, own, tested), evidence, tested)
 
 
 def type_sentence(

@@ -39,12 +39,15 @@ class ClearanceRule:
             upper end is +inf where no demonstration bounds it.
         uninformed: Symbols about which no demonstration says anything.
         distance: Measured from the ``footprint`` (signed) or from the ``center``.
+        draws: Rules drawn from the posterior, each relevant symbol → clearance, set units: what
+            else the answers allow. Empty for rules that nobody learned.
     """
 
     value: Mapping[str, float]
     interval: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     uninformed: tuple[str, ...] = ()
     distance: Distance = "footprint"
+    draws: tuple[Mapping[str, float], ...] = ()
 
     @property
     def relevant(self) -> tuple[str, ...]:
@@ -244,6 +247,28 @@ class RuleView:
         known = known_of(c.value, c.interval, rules.evidence, rules.fit)
         learned = "at_most" in rules.evidence
         return verdicts(known, self.scene, paths, c.distance, learned=learned)
+
+    @property
+    def draws(self) -> int:
+        """Rules of the posterior of any type; 0 for rules that nobody learned."""
+        rules = (self.model.rules[name].clearance for name in self.model.types)
+        return max((len(r.draws) for r in rules if r is not None), default=0)
+
+    def by_draw(self, paths: Paths, type: str) -> FloatArray:
+        """(draws, n) what each rule of the posterior accepts, 0 or 1.
+
+        A type without draws has its one rule in each of the rows; a shorter list begins anew.
+        """
+        rule = self.model.of_type(type).clearance
+        if rule is None or not rule.draws:
+            return np.tile(self.p_valid(paths, type), (self.draws, 1))
+        symbols = tuple(dict.fromkeys(s for draw in rule.draws for s in draw))
+        if not symbols:
+            return np.ones((self.draws, len(paths)))
+        near = nearest_approach(self.scene, paths, symbols, distance=rule.distance)
+        least = np.array([[draw.get(s, -np.inf) for s in symbols] for draw in rule.draws])
+        accepted = np.stack([(near >= own).all(axis=1) for own in least]).astype(np.float64)
+        return np.resize(accepted, (self.draws, accepted.shape[1]))
 
     def p_of_logits(self, logits: FloatArray) -> FloatArray:
         """1 where the logit is > 0, else 0: who has the logits need not judge again."""

@@ -75,6 +75,7 @@ def _scaled(rule: TypeRules, factor: float) -> TypeRules:
             c,
             value={s: v * factor for s, v in c.value.items()},
             interval={s: (a * factor, b * factor) for s, (a, b) in c.interval.items()},
+            draws=tuple({s: v * factor for s, v in draw.items()} for draw in c.draws),
         )
     evidence: dict[str, Any] = dict(rule.evidence)
     for name in ("at_most", "decided"):
