@@ -170,7 +170,9 @@ def _rounded(value: float, digits: int) -> str:
     """A number with so many significant digits, never in powers of ten."""
     if value == 0.0:
         return "0"
-    places = max(0, digits - 1 - int(np.floor(np.log10(abs(value)) + 1e-12)))
+    # Of the rounded value: 9.96 is 10 to two digits, not 10.0.
+    size = abs(float(f"{value:.{digits - 1}e}"))
+    places = max(0, digits - 1 - int(np.floor(np.log10(size) + 1e-12)))
     text = f"{value:.{min(places, 12)}f}"
     if "." in text and float(text) == 0.0:
         return "0"

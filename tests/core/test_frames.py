@@ -42,3 +42,9 @@ def test_lengths_for_people() -> None:
     assert describe_length(2.94, None, interval=(2.93, 2.99)) == "2.94 px (2.93 to 2.99)"
     assert describe_length(8, 0.0005, interval=(6, float("inf"))) == "4.0 mm (3.0 or more)"
     assert describe_length(37.25, None) == "37 px"
+
+
+def test_what_rounds_up_to_a_longer_number_has_no_digit_too_many() -> None:
+    assert describe_length(0.065, 1.0, "m", interval=(0.026, 0.0996)) == "6.5 cm (2.6 to 10)"
+    assert describe_length(0.0999, 1.0, "m") == "10 cm"
+    assert describe_length(0.00996, 1.0, "m") == "1 cm"

@@ -40,6 +40,31 @@ def test_a_table_that_a_person_understands(
     assert ") from glasses; of what is listed, nothing else is needed" in words
     assert "no demonstration was rejected: what matters is not known" in words
     assert "Clearance by class" in words
+    # Lengths as the sentence says them; the paper's family on request.
+    assert " px" not in words
+    assert "The paper's rule" not in words
+    status, out, _ = run(capsys, "rules", folder, "--influence")
+    assert status == 0
+    assert "The paper's rule" in out
+
+
+def test_the_question_is_drawn(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    import PIL.Image
+
+    picture = tmp_path / "question.png"
+    status, out, err = run(capsys, "query", folder, "--type", "normal", "--picture", picture)
+    assert status == 0
+    assert f"wrote {picture}" in err
+    assert "of these, if it is rejected" in out
+    with PIL.Image.open(picture) as drawn:
+        assert len(set(drawn.convert("L").tobytes())) > 2
+    problem = tmp_path / "problem.json"
+    problem.write_text("{}")
+    status, _, err = run(capsys, "query", problem, "--picture", picture)
+    assert status == 2
+    assert "--picture: expected a demonstration set" in err
 
 
 def test_it_loads_what_it_needs_and_no_more(folder: Path) -> None:

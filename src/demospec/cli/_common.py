@@ -112,7 +112,7 @@ def print_table(
     from rich.table import Table
     from rich.text import Text
 
-    table = Table(box=box.SIMPLE_HEAD)
+    table = Table(box=box.SIMPLE_HEAD, show_header=any(header))
     for i, name in enumerate(header):
         numeric = all(isinstance(row[i], (int, float)) for row in rows) and bool(rows)
         table.add_column(Text(name), justify="right" if numeric else "left")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any, TypedDict
+from typing import TYPE_CHECKING, Annotated, Any, TypedDict
 
 import typer
 
@@ -20,6 +20,9 @@ from demospec.cli._common import (
     say,
 )
 from demospec.errors import InputError
+
+if TYPE_CHECKING:
+    from demospec.rules import RuleSet
 
 LARGE = 100_000
 """Of sets with more demonstrations a random part is learned from: `SAMPLE` of each type."""
@@ -54,8 +57,12 @@ def rules(
         str, typer.Option(help="Learn from the scenes of this split; all takes every scene (SET).")
     ] = "train",
     influence: Annotated[
-        bool, typer.Option(help="Learn the influence rule of the paper too (SET).")
-    ] = True,
+        bool | None,
+        typer.Option(
+            help="Learn the influence rule of the paper too (SET); with --influence it is printed.",
+            show_default="learned",
+        ),
+    ] = None,
     f_max: Annotated[
         float | None,
         typer.Option("--f-max", help="Influence: F_max; for problems, in place of theirs."),
@@ -129,9 +136,10 @@ def rules(
                 "sharing": sharing,
                 "distance": distance,
                 "split": None if split == "all" else split,
-                "influence": influence,
+                "influence": influence is not False,
                 "settings": settings,
             },
+            paper=influence is True or bool(settings),
             json=json,
             out=out,
             picture=picture,
@@ -167,6 +175,7 @@ def _set(
     spread: Spread,
     options: dict[str, Any],
     *,
+    paper: bool,
     json: bool,
     out: Path | None,
     picture: Path | None,
@@ -206,40 +215,48 @@ def _set(
         for name, rule in answer.rules.items()
     ]
     print_table("Rules", ["type", "accepted", "rejected", "rule"], rows)
+    rows = _by_class(answer)
+    if rows:
+        # Not in the set's own unit: as the sentence says it.
+        header = ["type", "class", "matters", "chance", "clearance (allowed)"]
+        print_table("Clearance by class", header, rows)
     rows = [
         [name, rule.evidence["influence"]]
         for name, rule in answer.rules.items()
         if rule.influence is not None
     ]
-    if rows:
+    if rows and (paper or not any(rule.clearance for rule in answer.rules.values())):
         title = "The paper's rule: distance to centres, and how long (F_max as given)"
         print_table(title, ["type", "rule"], rows)
-    rows = []
+
+
+def _by_class(answer: RuleSet) -> list[list[Any]]:
+    """Of every type and class: whether it matters, how probably, and the clearance."""
+    from demospec.frames import describe_length
+
+    rows: list[list[Any]] = []
     for name, rule in answer.rules.items():
         if rule.clearance is None:
             continue
+        undecided = rule.evidence.get("undecided", ())
         for symbol, probability in rule.evidence.get("probability", {}).items():
-            low, high = rule.clearance.interval.get(symbol, (None, None))
-            rows.append(
-                [
-                    name,
-                    symbol,
-                    _matters(symbol, rule),
-                    f"{probability:.0%}",
-                    rule.clearance.value.get(symbol),
-                    low,
-                    high if high is None or high < float("inf") else "no bound",
-                ]
-            )
-    unit = answer.units
-    header = ["type", "class", "matters", "chance", f"clearance {unit}", "at least", "at most"]
-    if rows:
-        print_table("Clearance by class", header, rows)
+            known = symbol not in rule.clearance.uninformed
+            word = "not decided" if symbol in undecided else "no"
+            length = "–"
+            if symbol in rule.clearance.value:
+                word = "yes"
+                length = describe_length(
+                    rule.clearance.value[symbol], answer.metres_per_unit, answer.units,
+                    interval=rule.clearance.interval.get(symbol),
+                )  # fmt: skip
+            chance = "–" if not known else _percent(probability)
+            rows.append([name, symbol, word if known else "not shown", chance, length])
+    return rows
 
 
-def _matters(symbol: str, rule: Any) -> str:
-    word = "yes" if symbol in rule.clearance.relevant else "no"
-    return f"{word}, not shown" if symbol in rule.clearance.uninformed else word
+def _percent(p: float) -> str:
+    """Rounded, but never to certainty."""
+    return "> 99 %" if p > 0.99 else "< 1 %" if p < 0.01 else f"{100 * p:.0f} %"
 
 
 def _enough(

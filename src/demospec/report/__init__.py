@@ -52,6 +52,7 @@ if TYPE_CHECKING:
     from demospec.report.pictures._envelopes import draw_envelopes
     from demospec.report.pictures._plan import draw_plan
     from demospec.report.pictures._run import draw_run
+    from demospec.report.pictures._scene import draw_question
     from demospec.report.pictures._transition import draw_transition
     from demospec.report.run._documents import (
         AuditEntry,
@@ -94,6 +95,7 @@ __all__ = [
     "draw_envelopes",
     "draw_plan",
     "draw_run",
+    "draw_question",
     "draw_transition",
     "ends_svg",
     "joined",
@@ -149,6 +151,7 @@ _HOME = {
     "draw_envelopes": "pictures._envelopes",
     "draw_plan": "pictures._plan",
     "draw_run": "pictures._run",
+    "draw_question": "pictures._scene",
     "draw_transition": "pictures._transition",
     "joined": "drawing._markup",
     "look_of": "_looks",

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import io
+import os
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from demospec.files import writing_file
 from demospec.frames import FloatArray
 from demospec.geometry import rims
 from demospec.report._looks import ACCEPTED, NEUTRAL, REJECTED
@@ -116,3 +119,21 @@ def demonstrations_picture(
         for path, valid in some:
             draw_path(ax, path, valid)
     return to_png(figure)
+
+
+def draw_question(scene: Scene, points: FloatArray, path: str | os.PathLike[str]) -> None:
+    """Writes a PNG of a path over its scene, to show somebody and ask whether it is acceptable.
+
+    Args:
+        points: (n, ≥ 2), set units, from start to goal.
+        path: File to write.
+    """
+    figure, (axes,) = new_figure(1)
+    draw_scene(axes, scene, "Is this path acceptable?", outlines=True)
+    draw_path(axes, points, None, linewidth=2.0, linestyle="-")
+    for place, word in ((scene.start, "start"), (scene.goal, "goal")):
+        axes.annotate(
+            word, (place[0], place[1]), xytext=(6, 4), textcoords="offset points", fontsize=8
+        )
+    with writing_file(path) as temporary:
+        Path(temporary).write_bytes(to_png(figure))
