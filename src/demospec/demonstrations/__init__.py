@@ -19,6 +19,7 @@ if TYPE_CHECKING:
         fit_bezier,
         resample,
     )
+    from demospec.demonstrations._motion import Motion, Motions
     from demospec.demonstrations._one_unit import in_one_unit
     from demospec.demonstrations._protocol import (
         DifferentiableView,
@@ -56,6 +57,8 @@ __all__ = [
     "Demonstrations",
     "DifferentiableView",
     "JudgingView",
+    "Motion",
+    "Motions",
     "Paths",
     "Problem",
     "ValidityModel",
@@ -97,6 +100,8 @@ _HOME = {
     "JudgingView": "_protocol",
     "MAX_COORDINATE": "_trajectory",
     "MAX_POINTS": "_trajectory",
+    "Motion": "_motion",
+    "Motions": "_motion",
     "Paths": "_protocol",
     "Problem": "validation._check",
     "ValidityModel": "_protocol",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -11,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from demospec.demonstrations._motion import Motion, Motions
 from demospec.demonstrations._trajectory import Demonstrations
 from demospec.errors import InputError
 from demospec.frames import METRES, Frame, metres_of_unit
@@ -101,6 +103,19 @@ class DemonstrationSet:
     def select(self, chosen: ArrayLike) -> DemonstrationSet:
         """The same scenes with only the demonstrations of a mask or of rows."""
         return replace(self, demonstrations=self.demonstrations.rows(chosen))
+
+    def motions(self, rows: Sequence[int] | np.ndarray | None = None) -> Motions:
+        """The chosen demonstrations (all by default) as paths with times and columns."""
+        d = self.demonstrations
+        chosen = range(len(d)) if rows is None else rows
+        return Motions(self._motion(int(i)) for i in chosen)
+
+    def _motion(self, i: int) -> Motion:
+        d = self.demonstrations
+        t = None if d.t is None else d.t[d.offsets[i] : d.offsets[i + 1]]
+        if t is not None and np.isnan(t).any():
+            t = None
+        return Motion(d.points(i), t, self.columns)
 
     def of_split(self, split: str) -> DemonstrationSet:
         """Only the scenes of one split and their demonstrations."""

@@ -35,7 +35,23 @@ if TYPE_CHECKING:
     from demospec.rules.active._result import Query
     from demospec.rules.clearance._encounters import Encounters, Passes, encounters, passes
     from demospec.rules.clearance._fit import ClearanceFit, fit_document
-    from demospec.rules.constraints._point_features import PointFeature, register_feature
+    from demospec.rules.constraints._constraint import Constraint, When
+    from demospec.rules.constraints._documents import constraint_from_json
+    from demospec.rules.constraints._feature import Feature, FeatureValue
+    from demospec.rules.constraints._judge import Worst, margin, margins, worst
+    from demospec.rules.constraints._point_features import PointFeature
+    from demospec.rules.constraints._registry import (
+        constraint_feature,
+        path_features,
+        register_feature,
+    )
+    from demospec.rules.constraints._spatial import (
+        joined_things,
+        regions_of,
+        sector_direction,
+        table_of,
+    )
+    from demospec.rules.constraints._words import broken_words, constraint_words, quantity_words
     from demospec.rules.influence._answer import InfluenceAnswer
     from demospec.rules.influence._conflict import minimal_conflict
     from demospec.rules.influence._consistent_sets import ConsistentSets, consistent_sets
@@ -86,6 +102,25 @@ __all__ = [
     "consistent_sets",
     "register_feature",
     "PointFeature",
+    "Constraint",
+    "When",
+    "constraint_from_json",
+    "Worst",
+    "worst",
+    "margin",
+    "margins",
+    "Feature",
+    "FeatureValue",
+    "Reading",
+    "constraint_feature",
+    "path_features",
+    "joined_things",
+    "regions_of",
+    "sector_direction",
+    "table_of",
+    "broken_words",
+    "constraint_words",
+    "quantity_words",
     "enough_problem",
     "enough_set",
     "enough_words",
@@ -102,7 +137,6 @@ __all__ = [
     "RuleObject",
     "RuleScene",
     "Penalty",
-    "Reading",
     "RuleProblem",
     "clearance_words",
     "ClearanceFit",
@@ -158,7 +192,25 @@ _HOME = {
     "solve_positive": "influence._one_class",
     "ConsistentSets": "influence._consistent_sets",
     "consistent_sets": "influence._consistent_sets",
-    "register_feature": "constraints._point_features",
+    "register_feature": "constraints._registry",
+    "Constraint": "constraints._constraint",
+    "When": "constraints._constraint",
+    "constraint_from_json": "constraints._documents",
+    "Worst": "constraints._judge",
+    "worst": "constraints._judge",
+    "margin": "constraints._judge",
+    "margins": "constraints._judge",
+    "Feature": "constraints._feature",
+    "FeatureValue": "constraints._feature",
+    "constraint_feature": "constraints._registry",
+    "path_features": "constraints._registry",
+    "joined_things": "constraints._spatial",
+    "regions_of": "constraints._spatial",
+    "sector_direction": "constraints._spatial",
+    "table_of": "constraints._spatial",
+    "broken_words": "constraints._words",
+    "constraint_words": "constraints._words",
+    "quantity_words": "constraints._words",
     "PointFeature": "constraints._point_features",
     "enough_problem": "_learning_curve",
     "enough_set": "_learning_curve",

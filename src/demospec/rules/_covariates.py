@@ -10,16 +10,10 @@ from numpy.typing import NDArray
 from demospec.demonstrations import DemonstrationSet
 from demospec.frames import FloatArray
 from demospec.rules._residuals import Covariate, groups
-from demospec.rules.constraints._path_features import PATH_FEATURES, place
+from demospec.rules.constraints._constraint import Constraint
+from demospec.rules.constraints._registry import path_features
 
-_WORDS = {
-    "length": ("short", "long"),
-    "duration": ("brief", "long"),
-    "speed": ("slow", "fast"),
-    "height": ("low", "high"),
-    "tilt": ("upright", "tilted"),
-    "curvature": ("straight", "bent"),
-}
+_OF_TABLE = ("edge",)  # of the path in its scene, not of the path as such: `place` speaks of it
 _SIDES = ("+x", "-x", "+y", "-y")
 _PLACES = ("mean x", "mean y", "least x", "least y", "greatest x", "greatest y")
 _POINTS = 120  # a path is thinned to about so many points for the scan
@@ -46,16 +40,18 @@ def covariates_of(
     d, n = data.demonstrations, len(rows)
     out: list[Covariate] = []
     paths = [d.points(int(i)) for i in rows]
-    stamps: list[FloatArray | None] = [None] * n
-    if d.t is not None:
-        flat = d.t
-        every = [flat[d.offsets[i] : d.offsets[i + 1]] for i in rows]
-        stamps = [None if np.isnan(t).any() else t for t in every]
-    for name, feature in PATH_FEATURES.items():
-        value = np.array([feature(p, t, data.columns) for p, t in zip(paths, stamps, strict=True)])
+    motions = data.motions(rows).motions
+    scenes = [data.scene(name) for name in d.scene_id[rows].tolist()]
+    for feature in path_features():
+        if feature.of != "nothing" or feature.name in _OF_TABLE:
+            continue
+        asked = Constraint(feature.name, sense=feature.senses[0])
+        value = np.array(
+            [feature.read(m, s, asked).value for m, s in zip(motions, scenes, strict=True)]
+        )
         if np.isfinite(value).any():
-            out.append(Covariate(name, None, value, *_WORDS[name]))
-    where = np.stack([place(p) for p in paths])
+            out.append(Covariate(feature.name, None, value, feature.low, feature.high))
+    where = np.stack([_place(p) for p in paths])
     out += [Covariate("place", None, where[:, j], f"small ({w})", f"large ({w})")
             for j, w in enumerate(_PLACES)]  # fmt: skip
     radii = [share * extent for share in _NEAR]
@@ -78,6 +74,12 @@ def covariates_of(
         out.append(Covariate("demonstrator", None, mine.astype(np.float64), "another", name))
     out += _within("demonstrator", people, few, distance)
     return out
+
+
+def _place(points: FloatArray) -> FloatArray:
+    """(6,) where a path lies: mean x and y, least and greatest x and y; set units."""
+    xy = points[:, :2]
+    return np.concatenate([xy.mean(axis=0), xy.min(axis=0), xy.max(axis=0)])
 
 
 def _within(

@@ -14,6 +14,7 @@ from demospec.rules._draws import MOST_DRAWS
 from demospec.rules._goodness import fit_from_json
 from demospec.rules._rule_set import ANYONE, ClearanceRule, RuleSet, TypeRules
 from demospec.rules.clearance._measure import Distance
+from demospec.rules.constraints._documents import constraint_from_json
 
 
 def rules_document(rules: RuleSet) -> dict[str, Any]:
@@ -36,6 +37,7 @@ def _type_document(rule: TypeRules) -> dict[str, Any]:
         "sentence": rule.sentence,
         "evidence": dict(rule.evidence),
         "undecided": list(rule.evidence.get("undecided", ())),
+        "constraints": [constraint.to_json() for constraint in rule.constraints],
         **({} if rule.fit is None else {"fit": rule.fit.to_json()}),
     }
 
@@ -105,7 +107,8 @@ def _rule_set(document: Any) -> RuleSet:
     for name, entry in types.items():
         if not name:
             raise InputError("type names that are not empty", "''", field="types")
-        rules[name] = _type_rules(_mapping(entry, f"types.{name}"), f"types.{name}")
+        entry = _mapping(entry, f"types.{name}")
+        rules[name] = _type_rules(entry, f"types.{name}", units, scale)
     return RuleSet(rules, units, scale, tuple(notes), "units" in top)
 
 
@@ -120,15 +123,26 @@ def _single_answer(answer: Mapping[str, Any]) -> dict[str, Any]:
     return {"influence": answer}
 
 
-def _type_rules(entry: Mapping[str, Any], at: str) -> TypeRules:
+def _type_rules(
+    entry: Mapping[str, Any], at: str, units: str, metres_per_unit: float | None
+) -> TypeRules:
     sentence = entry.get("sentence", "")
     if not isinstance(sentence, str):
         raise InputError("a text", sentence, field=f"{at}.sentence")
     evidence = _mapping(entry.get("evidence", {}), f"{at}.evidence")
     clearance = entry.get("clearance")
     influence = entry.get("influence")
-    if clearance is None and influence is None and not sentence:
-        raise InputError("a clearance or an influence rule", _keys(entry), field=at)
+    listed = entry.get("constraints") or []
+    if not isinstance(listed, list):
+        raise InputError("a list of constraints", listed, field=f"{at}.constraints")
+    constraints = tuple(
+        constraint_from_json(
+            one, f"{at}.constraints[{i}]", units=units, metres_per_unit=metres_per_unit
+        )
+        for i, one in enumerate(listed)
+    )
+    if clearance is None and influence is None and not sentence and not constraints:
+        raise InputError("a clearance or an influence rule, or constraints", _keys(entry), field=at)
     if influence is not None:
         influence = _mapping(influence, f"{at}.influence")
         if clearance is None:
@@ -138,7 +152,12 @@ def _type_rules(entry: Mapping[str, Any], at: str) -> TypeRules:
     rule = None if clearance is None else _clearance(_mapping(clearance, f"{at}.clearance"), at)
     _check_evidence(evidence, () if rule is None else rule.relevant, f"{at}.evidence")
     fitted = None if entry.get("fit") is None else fit_from_json(entry["fit"], f"{at}.fit")
-    return TypeRules(rule, influence, sentence, evidence, fitted)
+    if not sentence and constraints:
+        from demospec.rules._sentences import listed as joined
+        from demospec.rules.constraints._words import constraint_words
+
+        sentence = joined([constraint_words(c, units, metres_per_unit) for c in constraints])
+    return TypeRules(rule, influence, sentence, evidence, fitted, constraints)
 
 
 def _check_evidence(evidence: Mapping[str, Any], relevant: Sequence[str], at: str) -> None:

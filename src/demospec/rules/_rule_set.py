@@ -14,8 +14,9 @@ from demospec.errors import CannotJudgeError, InputError
 from demospec.frames import FloatArray, metres_of_unit
 from demospec.geometry import nearest_on_paths
 from demospec.rules._goodness import Fit
-from demospec.rules._verdicts import known_of, verdicts
+from demospec.rules._verdicts import constraint_verdicts, known_of, verdicts
 from demospec.rules.clearance._measure import Distance, nearest_approach, polylines, shape_of
+from demospec.rules.constraints._constraint import Constraint
 from demospec.scene import Footprint, Scene
 
 if TYPE_CHECKING:
@@ -132,6 +133,8 @@ class TypeRules:
         evidence: Further fields of the JSON document: counts, probabilities, contradictions.
         fit: How well the rule fits the labels that it was learned from; None where it was not
             learned.
+        constraints: What the type asks for besides clearances (or in their place); a path is
+            acceptable iff it keeps the rule and all of these.
     """
 
     clearance: ClearanceRule | None = None
@@ -139,6 +142,7 @@ class TypeRules:
     sentence: str = ""
     evidence: Mapping[str, Any] = field(default_factory=dict)
     fit: Fit | None = None
+    constraints: tuple[Constraint, ...] = ()
 
     @cached_property
     def influence_rule(self) -> InfluenceRule | None:
@@ -173,7 +177,7 @@ class RuleSet:
         return tuple(
             name
             for name, rule in self.rules.items()
-            if rule.clearance is not None or rule.influence is not None
+            if rule.clearance is not None or rule.influence is not None or rule.constraints
         )
 
     def for_types(self, types: Sequence[str]) -> RuleSet:
@@ -224,15 +228,33 @@ class RuleView:
     def logits(self, paths: Paths, type: str) -> FloatArray:
         """(n,) margins: set units for a clearance rule, penalty for an influence rule.
 
-        The clearance rule judges where there is one. > 0 exactly where the rule is kept;
-        capped at `LARGEST_LOGIT`.
+        The clearance rule judges where there is one, and the constraints beside it: the least
+        margin, each in its own unit. > 0 exactly where the rule is kept; capped at
+        `LARGEST_LOGIT`. A constraint that the paths do not hold the columns or times for (see
+        `Motions`) lets them pass; `verdicts` says ``unknown`` of them.
         """
         rules = self.model.of_type(type)
+        own = self._margins(rules, paths)
+        if rules.constraints:
+            asked = self.margins(paths, type)
+            least = np.where(np.isnan(asked), np.inf, asked).min(axis=1)
+            own = least if own is None else np.minimum(own, least)
+        if own is None:
+            raise InputError("a rule to judge by", "none", field=f"types.{type}")
+        return _as_logit(own)
+
+    def _margins(self, rules: TypeRules, paths: Paths) -> FloatArray | None:
         if rules.clearance is not None:
-            return _as_logit(rules.clearance.margins(self.scene, paths))
+            return rules.clearance.margins(self.scene, paths)
         if rules.influence_rule is not None:
-            return _as_logit(rules.influence_rule.margins(self.scene, paths))
-        raise InputError("a rule to judge by", "none", field=f"types.{type}")
+            return np.asarray(rules.influence_rule.margins(self.scene, paths))
+        return None
+
+    def margins(self, paths: Paths, type: str) -> FloatArray:
+        """(n, k) margins under each of the type's constraints; NaN where not measurable."""
+        from demospec.rules.constraints._judge import margins
+
+        return margins(self.model.of_type(type).constraints, self.scene, paths)
 
     def p_valid(self, paths: Paths, type: str) -> FloatArray:
         """(n,) 0 or 1."""
@@ -242,11 +264,24 @@ class RuleView:
         """One verdict a path; `unknown` where a learned rule's demonstrations decide nothing."""
         rules = self.model.of_type(type)
         if rules.clearance is None:
-            return ["accept" if z > 0 else "reject" for z in self.logits(paths, type)]
-        c = rules.clearance
-        known = known_of(c.value, c.interval, rules.evidence, rules.fit)
-        learned = "at_most" in rules.evidence
-        return verdicts(known, self.scene, paths, c.distance, learned=learned)
+            own = self._margins(rules, paths)
+            said: list[Verdict] = ["accept"] * len(paths)
+            if own is not None:
+                said = ["accept" if z >= 0 else "reject" for z in own]
+        else:
+            c = rules.clearance
+            known = known_of(c.value, c.interval, rules.evidence, rules.fit)
+            learned = "at_most" in rules.evidence
+            said = verdicts(known, self.scene, paths, c.distance, learned=learned)
+        if not rules.constraints:
+            return said
+        asked = [
+            constraint_verdicts(c, column)
+            for c, column in zip(rules.constraints, self.margins(paths, type).T, strict=True)
+        ]
+        if rules.fit is not None and rules.fit.verdict == "not":
+            return ["unknown"] * len(said)
+        return [_of_all(one) for one in zip(said, *asked, strict=True)]
 
     @property
     def draws(self) -> int:
@@ -287,6 +322,13 @@ class RuleView:
             raise InputError("a clearance rule (it has gradients)", "none", field=field_name)
         margin, gradient = rule.margins_and_gradients(self.scene, paths)
         return _as_logit(margin), gradient
+
+
+def _of_all(said: tuple[Verdict, ...]) -> Verdict:
+    """A conjunction: rejected if any part is broken, accepted if all are known to be kept."""
+    if "reject" in said:
+        return "reject"
+    return "unknown" if "unknown" in said else "accept"
 
 
 def _as_logit(margins: FloatArray) -> FloatArray:

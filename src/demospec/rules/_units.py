@@ -45,7 +45,7 @@ def rules_in_unit(rules: RuleSet, units: str, metres_per_unit: float | None) -> 
     factor = mine / theirs
     if abs(factor - 1.0) > _SAME:
         rules = replace(
-            rules, rules={name: _scaled(rule, factor) for name, rule in rules.rules.items()}
+            rules, rules={name: _scaled(rule, factor, units) for name, rule in rules.rules.items()}
         )
     return replace(rules, units=units, metres_per_unit=metres_per_unit)
 
@@ -62,7 +62,7 @@ def rules_for_set(rules: RuleSet, data: DemonstrationSet) -> RuleSet:
     return rules_in_unit(rules, data.units, data.metres_per_unit)
 
 
-def _scaled(rule: TypeRules, factor: float) -> TypeRules:
+def _scaled(rule: TypeRules, factor: float, units: str) -> TypeRules:
     influence = rule.influence
     if influence is not None:
         from demospec.rules.influence._rule import scaled_answer
@@ -81,7 +81,10 @@ def _scaled(rule: TypeRules, factor: float) -> TypeRules:
     for name in ("at_most", "decided"):
         if isinstance(evidence.get(name), Mapping):
             evidence[name] = {s: _times(v, factor) for s, v in evidence[name].items()}
-    return replace(rule, clearance=clearance, influence=influence, evidence=evidence)
+    asked = tuple(c.scaled(factor, units) for c in rule.constraints)
+    return replace(
+        rule, clearance=clearance, influence=influence, evidence=evidence, constraints=asked
+    )
 
 
 def _times(value: Any, factor: float) -> Any:

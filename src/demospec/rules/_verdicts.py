@@ -19,6 +19,7 @@ from demospec.errors import InputError
 from demospec.frames import FloatArray
 from demospec.rules._goodness import Fit
 from demospec.rules.clearance._measure import Distance, nearest_approach
+from demospec.rules.constraints._constraint import Constraint
 from demospec.scene import Scene
 
 
@@ -130,6 +131,28 @@ def verdicts(
         if symbol in known.accept_from or learned:
             out[column < known.keep_from(symbol)] = "unknown"
     out[rejected] = "reject"
+    said: list[Verdict] = out.tolist()
+    return said
+
+
+def constraint_verdicts(constraint: Constraint, margins: FloatArray) -> list[Verdict]:
+    """``accept``, ``reject`` or ``unknown`` by one constraint.
+
+    Unknown is what cannot be measured (NaN), and what lies within its interval.
+
+    Args:
+        margins: (n,) see `rules.margins`.
+    """
+    out = np.where(margins >= 0, "accept", "reject").astype(object)
+    out[np.isnan(margins)] = "unknown"
+    if constraint.interval is not None:
+        low, high = constraint.interval
+        ends = sorted(constraint.sign * (constraint.value - end) for end in (low, high))
+        # margin + end: the margin to the end of the interval that asks for least, and for most.
+        with np.errstate(invalid="ignore"):  # nothing of it there, and no end
+            doubted = (margins < 0) & (margins + ends[1] >= 0)
+            doubted |= (margins >= 0) & (margins + ends[0] < 0)
+        out[doubted] = "unknown"
     said: list[Verdict] = out.tolist()
     return said
 

@@ -51,17 +51,6 @@ FEATURES: dict[str, PointFeature] = {
 }
 
 
-def register_feature(feature: PointFeature) -> None:
-    """Makes a feature known by its name.
-
-    Raises:
-        InputError: Another feature has that name.
-    """
-    if feature.name in FEATURES and FEATURES[feature.name] != feature:
-        raise InputError("a name that no feature has yet", feature.name, field="feature")
-    FEATURES[feature.name] = feature
-
-
 def feature_named(name: str) -> PointFeature:
     """The feature of that name; InputError lists the names there are."""
     if name not in FEATURES:

@@ -338,7 +338,7 @@ def _surprise(
             for name in dict.fromkeys(d.type[held].tolist()):
                 mine = held[(d.scene_id[held] == scene_id) & (d.type[held] == name)]
                 if len(mine) and name in model.types:
-                    p = np.asarray(view.p_valid(d.paths_xy(mine), name))
+                    p = np.asarray(view.p_valid(data.motions(mine), name))
                     out[mine] = np.where(d.valid[mine] == 1, p, 1.0 - p)
         progress("model", k + 1, folds)
     return out

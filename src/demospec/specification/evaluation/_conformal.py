@@ -78,7 +78,7 @@ def predict_verdicts(
         for type_ in calibrated.margin:
             mine = [int(i) for i in rows if d.type[i] is None or d.type[i] == type_]
             if mine:
-                said = calibrated.verdicts(view.logits(d.paths_xy(mine), type_), type_)
+                said = calibrated.verdicts(view.logits(data.motions(mine), type_), type_)
                 out.update({(d.demo_id[i], type_): v for i, v in zip(mine, said, strict=True)})
     views.refuse_if_none()
     return out
@@ -112,7 +112,7 @@ def conformal(
         for type_ in model.types:
             mine = [int(i) for i in rows if d.type[i] == type_ and d.valid[i] >= 0]
             if mine:
-                logits = view.logits(d.paths_xy(mine), type_)
+                logits = view.logits(held_out.motions(mine), type_)
                 side = np.where(d.valid[mine] == 1, -1.0, 1.0)
                 wrong.setdefault(type_, []).append(np.asarray(side * logits))
     views.refuse_if_none()

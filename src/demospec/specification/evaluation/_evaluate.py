@@ -111,7 +111,7 @@ def evaluate(
             mine = [int(i) for i in rows if usable[i] and d.type[i] == type_]
             if not mine:
                 continue
-            paths = d.paths_xy(mine)
+            paths = data.motions(mine)
             agree[mine] = (view.logits(paths, type_) > 0) == (d.valid[mine] == 1)
             if truth is not None and type_ in truth.types:
                 margin = truth.see(data.scene(scene_id)).logits(paths, type_)

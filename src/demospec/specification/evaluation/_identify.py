@@ -163,7 +163,7 @@ def acceptances(
         ).reshape(-1, 1, 2)
         plane = ControlPlane(view, points=50)
         on_plane = np.stack([plane.p_valid(grid, t) for t in types])  # (T, G)
-        paths = d.paths_xy(rows)
+        paths = data.motions(rows)
         c_.append(np.stack([view.p_valid(paths, t) for t in types], axis=1))
         weight = on_plane + 1e-9
         expected = (weight @ (on_plane > 0.5).T) / weight.sum(axis=1, keepdims=True)

@@ -87,7 +87,7 @@ def predict(
         for type_ in model.types:
             mine = [int(i) for i in rows if d.type[i] is None or d.type[i] == type_]
             if mine:
-                paths = d.paths_xy(mine)
+                paths = data.motions(mine)
                 p = view.p_valid(paths, type_).tolist()
                 sd: list[float | None] = [None] * len(mine)
                 if isinstance(view, UncertainView):

@@ -1,0 +1,66 @@
+"""A path beside one thing: the gap of each segment, and the parts of it within a radius."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from demospec.demonstrations import Motion
+from demospec.frames import FloatArray
+from demospec.geometry import Disc, Polygon, nearest_on_segments
+from demospec.rules.constraints._spans import spans_within
+from demospec.scene import Scene, SceneObject
+
+Spans = dict[int, list[tuple[float, float]]]
+"""Segment → the parts of it, in [0, 1], in the order of the path; others have none."""
+
+
+def things(scene: Scene, symbol: str) -> tuple[SceneObject, ...]:
+    """The things of a class; CannotJudgeError where the scene does not list its objects."""
+    return tuple(item for item in scene.listed_objects() if item.symbol == symbol)
+
+
+def gaps(motion: Motion, item: SceneObject) -> tuple[FloatArray, FloatArray]:
+    """(m,) least signed distance of each segment to a footprint, and where along it; exact."""
+    key = ("gaps", id(item))
+    if key not in motion.known:
+        a, b = motion.segments
+        # The item is kept with it, so that its id stays its own.
+        motion.known[key] = (item, nearest_on_segments(item.outline, a, b))
+    found: tuple[FloatArray, FloatArray] = motion.known[key][1]
+    return found
+
+
+def inside(motion: Motion, item: SceneObject, radius: float) -> Spans:
+    """The parts of a path that lie within a radius of a thing."""
+    key = ("inside", id(item), radius)
+    if key in motion.known:
+        kept: Spans = motion.known[key]
+        return kept
+    a, b = motion.segments
+    near = gaps(motion, item)[0] <= radius
+    out: Spans = {int(i): [] for i in np.flatnonzero(near)}
+    whole = np.zeros(len(a), dtype=bool)
+    if _convex(item) and near.any():
+        ends = item.outline.signed_distance(motion.xy) <= radius
+        whole = near & (ends[: len(a)] & ends[-len(a) :])
+        out.update({i: [(0.0, 1.0)] for i in np.flatnonzero(whole).tolist()})
+    rest = np.flatnonzero(near & ~whole)
+    found = spans_within(item.outline, radius, a[rest], b[rest])
+    out.update(zip(rest.tolist(), found, strict=True))
+    motion.known[key] = out
+    return out
+
+
+def _convex(item: SceneObject) -> bool:
+    shape = item.outline
+    if isinstance(shape, Disc):
+        return True
+    if not isinstance(shape, Polygon):
+        return False
+    v = shape.vertices
+    edge = np.roll(v, -1, axis=0) - v
+    after = np.roll(edge, -1, axis=0)
+    turn = edge[:, 0] * after[:, 1] - edge[:, 1] * after[:, 0]
+    one_way = bool((turn >= 0).all() or (turn <= 0).all())
+    angle = np.arctan2(turn, (edge * after).sum(axis=1)).sum()
+    return one_way and abs(abs(float(angle)) - 2 * np.pi) < 1e-6
