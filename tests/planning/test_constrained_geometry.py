@@ -61,9 +61,10 @@ def test_segments_are_clear_where_no_sample_of_them_is_forbidden(
     inside = in_half & (depth > 1e-9)
     if inside.any():
         assert not clear
-    elif not (in_half & (depth > -step)).any() and not (
-        (points @ np.array(normal) > -2.0 - step) & (depth > -step)
-    ).any():
+    elif (
+        not (in_half & (depth > -step)).any()
+        and not ((points @ np.array(normal) > -2.0 - step) & (depth > -step)).any()
+    ):
         assert clear
 
 
@@ -123,10 +124,11 @@ def test_around_a_short_wall_where_that_is_shorter_than_over_it() -> None:
 
 
 def test_places_to_come_to_are_met_in_the_shortest_order() -> None:
-    vias = [Via(0, "far", Disc((80.0, 90.0), 0), 8), Via(0, "near", Disc((20.0, 90.0), 0), 8)]
+    places = (80.0, 90.0), (20.0, 90.0)
+    vias = [Via(i, (Disc(place, 0.0),), 8.0) for i, place in enumerate(places)]
     path = planned([], vias)
     points = dense(path)
-    met = [np.hypot(*(points[:, :2] - v.shape.center).T) <= v.radius + 1e-6 for v in vias]
+    met = [np.hypot(*(points[:, :2] - place).T) <= 8 + 1e-6 for place in places]
     assert all(m.any() for m in met)
     assert met[1].argmax() < met[0].argmax()
     # Both circles at their lowest, along the line that joins them: y = 82.

@@ -4,19 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from demospec.errors import InputError
 from demospec.frames import FloatArray, describe_length
 from demospec.planning._check import check_zones
+from demospec.planning._cost_map import map_bounds
 from demospec.planning._influence import InfluenceLimit, influence_limit
 from demospec.planning._results import Envelope, PlanCheck, Zone
 from demospec.planning._seen import SeeingModel, rules_of_model, seen_zones
 from demospec.planning._zones import chosen_type, clearance_zones, measured_shape
 from demospec.rules import RuleSet, TypeRules, known_of
 from demospec.scene import Scene
+
+if TYPE_CHECKING:
+    from demospec.planning.constrained import Requirements
 
 Plannable = RuleSet | SeeingModel
 """What can be planned with."""
@@ -37,6 +41,7 @@ class Constraint:
             there is a way.
         decided: Whether anything that is known decides in this scene.
         judged_by: ``rule``, or ``model`` where only a model's eyes say where things are.
+        asked: What the rule asks besides clearances; None where that is nothing.
     """
 
     scene: Scene
@@ -48,12 +53,35 @@ class Constraint:
     judged_by: Literal["rule", "model"] = "rule"
     unknown: tuple[Zone, ...] = ()
     decided: bool = True
+    asked: Requirements | None = None
 
-    def check(self, path: FloatArray) -> PlanCheck:
-        """The verdict on a path (n, 2)."""
+    def check(
+        self,
+        path: FloatArray,
+        t: FloatArray | None = None,
+        columns: Sequence[str] = ("x", "y"),
+    ) -> PlanCheck:
+        """The verdict on a path (n, d) with seconds (n,) and the names of its columns."""
         if self.limit is None:
-            return check_zones(self.zones, self.scene, path)
-        return self.limit.check(self.scene, path)
+            verdict = check_zones(self.zones, self.scene, path[:, :2])
+        else:
+            verdict = self.limit.check(self.scene, path[:, :2])
+        if self.asked is None:
+            return verdict
+        from demospec.planning.constrained import checks_of, with_constraints
+
+        asked = self.asked
+        checks = checks_of(asked.constraints, asked.how, self.scene, path, t, columns)
+        return with_constraints(verdict, checks)
+
+    @property
+    def areas(self) -> tuple[Zone, ...]:
+        """Everything of the plane that is kept out of: zones, and what constraints forbid there."""
+        if self.asked is None:
+            return self.zones
+        from demospec.planning.constrained import forbidden_areas
+
+        return (*self.zones, *forbidden_areas(self.asked, map_bounds(self.scene, self.zones)))
 
     @property
     def unbounded(self) -> tuple[str, ...]:
@@ -102,6 +130,11 @@ def constraint_of(
         return Constraint(scene, zones, judged_by="model")
     listed = scene.listed_objects()
     rule = read.of_type(of)
+    asked = None
+    if rule.constraints:
+        from demospec.planning.constrained import requirements_of
+
+        asked = requirements_of(rule.constraints, scene, envelope)
     known = {o.symbol for o in listed} | set(rule.clearance.relevant if rule.clearance else ())
     for symbol in symbols or ():
         if symbol not in known:
@@ -117,8 +150,11 @@ def constraint_of(
             zones,
             uninformed=tuple(zone.object_id for zone in unknown),
             unknown=unknown,
-            decided=explained and (bool(rule.clearance.value) or not learned),
+            decided=explained and (bool(rule.clearance.value) or bool(asked) or not learned),
+            asked=asked,
         )
+    if asked is not None and rule.influence_rule is None:
+        return Constraint(scene, (), asked=asked)
     if rule.influence_rule is None:
         raise InputError("a rule to plan with", "none", field=f"types.{of}")
     limit = influence_limit(rule.influence_rule, scene, envelope, symbols=symbols)
@@ -127,8 +163,8 @@ def constraint_of(
     silent = tuple(o.id for o in listed if o.id not in named and o.symbol in asked)
     zones = limit.zones()
     if limit.rule.settings is None:
-        return Constraint(scene, zones, uninformed=silent)
-    return Constraint(scene, zones, limit.soft_zones(), limit, uninformed=silent)
+        return Constraint(scene, zones, uninformed=silent, asked=asked)
+    return Constraint(scene, zones, limit.soft_zones(), limit, uninformed=silent, asked=asked)
 
 
 def _unknown_zones(

@@ -26,8 +26,8 @@ from demospec.planning._cost_map import WEIGHT, CostMap, Preset, map_bounds
 from demospec.planning._grid import plan_on_grid
 from demospec.planning._influence import evenly
 from demospec.planning._results import Envelope, Plan, PlanCheck, Zone
-from demospec.planning._zones import chosen_type
-from demospec.rules import refuse_unexplained
+from demospec.planning._zones import chosen_type, within_room
+from demospec.rules import TypeRules, refuse_unexplained
 from demospec.scene import Scene
 
 PLANNERS = ("grid", "latent", "rrtstar", "bitstar", "informed-rrtstar")
@@ -87,8 +87,8 @@ def map_of(
 ) -> CostMap:
     if resolution is not None and not (np.isfinite(resolution) and resolution > 0):
         raise InputError("a resolution > 0 (cells per unit)", resolution, field="resolution")
-    zones = constraint.zones if constraint.soft is None else constraint.soft
-    bounds = map_bounds(constraint.scene, zones)
+    zones = constraint.areas if constraint.soft is None else constraint.soft
+    bounds = map_bounds(constraint.scene, constraint.zones if constraint.asked else zones)
     percent = max(bounds[2] - bounds[0], bounds[3] - bounds[1]) / 100
     cell = percent if resolution is None else 1.0 / resolution
     price = WEIGHT / percent if weight is None else weight
@@ -103,6 +103,8 @@ def check_plan(
     envelope: Envelope = "value",
     *,
     spacing: float | Literal["rule"] | None = None,
+    t: ArrayLike | None = None,
+    columns: Sequence[str] = ("x", "y"),
 ) -> PlanCheck:
     """Does a path keep the rule of one type?
 
@@ -112,22 +114,25 @@ def check_plan(
     Args:
         rules: Learned or true rules.
         scene: Must list its objects.
-        points: (n, 2), n ≥ 1, set units.
+        points: (n, d), n ≥ 1, set units; x and y first.
         type: Whose rule; may be left out where there is only one.
         envelope: Judge by the point answer (default) or by an end of the envelope.
         spacing: For influence rules, whose sum grows with the number of points: judge points
             this far apart on the path instead of its own; ``rule``: as far apart as plans have
             them (one pixel, or ten quanta of the rule).
+        t: (n,) seconds, for constraints that speak of speed or time.
+        columns: Names of the d columns, for constraints that speak of height or tilt.
 
     Raises:
         InputError: Unknown type, points that are none.
         CannotJudgeError: The scene does not list its objects.
     """
     constraint = constraint_of(rules, scene, type, envelope)
-    path = checked_points(points)[:, :2]
+    path = checked_points(points)
     if constraint.limit is not None and spacing is not None:
         path = evenly(path, constraint.limit.spacing if spacing == "rule" else spacing)
-    return constraint.check(path)
+    seconds = None if t is None else np.asarray(t, dtype=np.float64)
+    return constraint.check(path, seconds, columns)
 
 
 def plan_path(
@@ -213,9 +218,18 @@ def planned(
     b = np.array((scene.goal if goal is None else goal)[:2], dtype=np.float64)
     _check_on_table(constraint, a, b)
     constraint = capped_at_ends(constraint, rules, of, a, b, scale, units)
+    if constraint.asked is not None:
+        return _planned_with_constraints(
+            constraint, read.of_type(of), envelope, planner, start or scene.start,
+            goal or scene.goal, seed, allowance,
+            {"scene_id": scene.scene_id, "type": of, "envelope": envelope,
+             "unbounded": constraint.unbounded, "capped": constraint.capped,
+             "uninformed": constraint.uninformed, "metres_per_unit": scale,
+             "decided": constraint.decided},
+        )  # fmt: skip
     kept = replace(constraint, zones=_grown(constraint.zones, allowance, a, b))
     where = map_of(kept, scale, resolution)
-    let_be = _within_room(constraint.unknown, a, b) if constraint.soft is None else ()
+    let_be = within_room(constraint.unknown, a, b) if constraint.soft is None else ()
     path = None
     if let_be:
         careful = replace(kept, zones=kept.zones + let_be)
@@ -271,6 +285,32 @@ def planned(
     return plan, constraint
 
 
+def _planned_with_constraints(
+    constraint: Constraint,
+    rule: TypeRules,
+    envelope: Envelope,
+    planner: str,
+    start: Sequence[float],
+    goal: Sequence[float],
+    seed: int,
+    allowance: float,
+    common: dict[str, Any],
+) -> tuple[Plan, Constraint]:
+    from demospec.planning.constrained import planned_with_constraints
+
+    if planner != "grid":
+        expected = "planner grid (the rule has constraints, which the others do not know)"
+        raise InputError(expected, planner, field="planner")
+    if constraint.limit is not None:
+        expected = "constraints beside clearances, or alone"
+        raise InputError(expected, "an influence rule", field=f"types.{common['type']}")
+    return planned_with_constraints(
+        rule.constraints, constraint, envelope, start, goal,
+        bounds=map_bounds(constraint.scene, constraint.zones), seed=seed, allowance=allowance,
+        common=common,
+    )  # fmt: skip
+
+
 def _searched(
     planner: str,
     where: CostMap,
@@ -305,17 +345,6 @@ def _grown(
         room = float(zone.shape.signed_distance(ends).min()) - zone.radius
         grown.append(replace(zone, radius=zone.radius + min(by, 0.99 * room), reach=-1.0))
     return tuple(grown)
-
-
-def _within_room(zones: tuple[Zone, ...], start: FloatArray, goal: FloatArray) -> tuple[Zone, ...]:
-    """Zones with the radius that start and goal leave; none of what holds one of them."""
-    ends = np.stack([start, goal])
-    kept = []
-    for zone in zones:
-        room = float(zone.shape.signed_distance(ends).min())
-        if room > 0 and zone.radius > 0:
-            kept.append(replace(zone, radius=min(zone.radius, 0.99 * room), reach=-1.0))
-    return tuple(kept)
 
 
 def _check_on_table(constraint: Constraint, start: FloatArray, goal: FloatArray) -> None:

@@ -7,12 +7,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from demospec.frames import FloatArray
 from demospec.scene import Footprint
+
+if TYPE_CHECKING:
+    from demospec.rules import Worst
 
 Envelope = Literal["upper", "lower", "value", "max", "min"]
 """Which of the consistent rules to plan with.
@@ -74,6 +77,49 @@ class Violation:
 
 
 @dataclass(frozen=True)
+class ConstraintCheck:
+    """The verdict of one constraint of a rule on one path.
+
+    Args:
+        worst: The worst value along the path, its margin and its place. The constraint in it has
+            what was asked as its value: the point answer, an end of its interval, or what start
+            and goal leave of that.
+        sentence: The constraint in plain words.
+        how: How a plan keeps it: ``zone``, ``place``, ``height``, ``timing``, ``execution``
+            (left to who carries the plan out) or ``check`` (only checked).
+    """
+
+    worst: Worst
+    sentence: str
+    how: str = "check"
+
+    @property
+    def margin(self) -> float:
+        """Room left, in the constraint's unit; < 0 where it is broken, +inf where nothing of
+        what it speaks of is there, NaN where the path does not hold what it speaks of."""
+        return self.worst.margin
+
+    @property
+    def kept(self) -> bool | None:
+        """None where it cannot be measured."""
+        return self.worst.kept
+
+    def to_json(self) -> dict[str, Any]:
+        """The constraint with ``worst``, ``margin``, ``kept``, ``at`` and ``how``."""
+        found = self.worst.to_json()
+        return {
+            **found["constraint"],
+            "sentence": self.sentence,
+            "worst": found["value"],
+            "margin": found["margin"],
+            "kept": found["kept"],
+            "at": found["point"],
+            "objects": found["objects"],
+            "how": self.how,
+        }
+
+
+@dataclass(frozen=True)
 class PlanCheck:
     """The verdict of a rule on one path.
 
@@ -85,12 +131,14 @@ class PlanCheck:
         clearance: Object id → smallest distance of the path to it, set units: to the
             footprint where known, else the centre; negative inside. All listed objects.
         violations: Worst first; empty where the rule is kept.
+        constraints: The rule's constraints, in its order.
     """
 
     obeys: bool
     margin: float
     clearance: Mapping[str, float]
     violations: tuple[Violation, ...] = ()
+    constraints: tuple[ConstraintCheck, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         return {
@@ -98,6 +146,7 @@ class PlanCheck:
             "margin": self.margin if np.isfinite(self.margin) else None,
             "clearance": dict(self.clearance),
             "violations": [v.to_json() for v in self.violations],
+            "constraints": [c.to_json() for c in self.constraints],
         }
 
 
@@ -111,7 +160,8 @@ class Plan:
             found none, which is no proof).
         planner: ``grid``, ``latent`` or an OMPL planner's name.
         envelope: Which consistent rule was planned with.
-        points: (n, 2), set units; the path is the polyline through them. Empty without one.
+        points: (n, 2), set units; (n, 3) where a constraint speaks of heights. The path is the
+            polyline through them. Empty without one.
         length: Set units; NaN without a path.
         cost: Integral of the cost map along the path (= length where the plan keeps clear).
         check: Verdict of the rule at `envelope`, exact on the polyline.
@@ -132,6 +182,8 @@ class Plan:
         metres_per_unit: Or None where the set does not say.
         judged_by: ``rule``: `check` is exact. ``model``: the scene does not list its objects,
             and `check` is the model's own reading of the picture.
+        t: (n,) seconds from the start, where a constraint speaks of speed or time; else None.
+        columns: Names of the columns of `points`.
     """
 
     scene_id: str
@@ -153,6 +205,8 @@ class Plan:
     judged_by: Literal["rule", "model"] = "rule"
     unknown_clearance: float | None = None
     decided: bool = True
+    t: FloatArray | None = None
+    columns: tuple[str, ...] = ("x", "y")
 
     @property
     def found(self) -> bool:
@@ -167,6 +221,8 @@ class Plan:
         """The document of ``demospec plan``."""
         return {
             "points": self.points.tolist(),
+            "columns": list(self.columns),
+            "t": None if self.t is None else self.t.tolist(),
             "length": self.length if self.found else None,
             "cost": self.cost if self.found else None,
             "obeys": self.obeys if self.decided or not self.found else None,
@@ -180,6 +236,7 @@ class Plan:
             "envelope": self.envelope,
             "margin": self.check.margin if np.isfinite(self.check.margin) else None,
             "violations": [v.to_json() for v in self.check.violations],
+            "constraints": [c.to_json() for c in self.check.constraints],
             "blocked_by": list(self.blocked_by),
             "reason": self.reason,
             "judged_by": self.judged_by,

@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
 
 from demospec.errors import InputError
+from demospec.frames import FloatArray
 from demospec.planning._results import Envelope, Zone
 from demospec.rules import ClearanceRule, RuleSet
 from demospec.scene import Disc, Footprint, Scene, SceneObject
@@ -78,3 +82,14 @@ def clearance_zones(
         keep, bounded = radius[item.symbol]
         zones.append(Zone(item.id, item.symbol, shape, keep, bounded=bounded))
     return tuple(zones)
+
+
+def within_room(zones: tuple[Zone, ...], start: FloatArray, goal: FloatArray) -> tuple[Zone, ...]:
+    """Zones with the radius that start and goal leave; none of what holds one of them."""
+    ends = np.stack([start, goal])
+    kept = []
+    for zone in zones:
+        room = float(zone.shape.signed_distance(ends).min())
+        if room > 0 and zone.radius > 0:
+            kept.append(replace(zone, radius=min(zone.radius, 0.99 * room), reach=-1.0))
+    return tuple(kept)

@@ -10,24 +10,28 @@ import numpy as np
 
 from demospec.errors import InputError
 from demospec.frames import FloatArray
-from demospec.geometry import Footprint, Polygon, extent
+from demospec.geometry import Capsule, extent
 from demospec.planning._results import Envelope
-from demospec.planning.constrained._obstacles import Obstacle, Via
+from demospec.planning.constrained._checks import words_of
+from demospec.planning.constrained._obstacles import HalfSpace, Obstacle, Via
 from demospec.planning.constrained._requirements import Requirements, threshold
 from demospec.planning.constrained._timing import SpeedLimit, TimeLimit
-from demospec.rules import Constraint
-from demospec.scene import Scene
+from demospec.rules import Constraint, joined_things, regions_of, sector_direction, table_of
+from demospec.scene import Scene, SceneObject
 
 _RIM = 1e-9
 """Room beyond a rim, as a share of the scene's size: rounding does not break a constraint."""
 
-_PLANAR = ("distance", "between", "edge", "region", "height_over")
+_AREAS = ("distance", "between", "edge", "region", "height_over")
+"""Features that forbid an area."""
 
 
 @dataclass
 class _Made:
     """The parts of `Requirements`, while they are gathered."""
 
+    scene: Scene
+    rim: float
     kept: list[Constraint] = field(default_factory=list)
     how: list[str] = field(default_factory=list)
     obstacles: list[Obstacle] = field(default_factory=list)
@@ -37,84 +41,113 @@ class _Made:
     low: float = -math.inf
     high: float = math.inf
     capped: dict[int, float] = field(default_factory=dict)
+    unknown: set[str] = field(default_factory=set)
 
 
 def requirements_of(
     constraints: Sequence[Constraint],
     scene: Scene,
     envelope: Envelope,
-    start: FloatArray,
-    goal: FloatArray,
-    bounds: tuple[float, float, float, float],
+    start: FloatArray | None = None,
+    goal: FloatArray | None = None,
 ) -> Requirements:
     """What the constraints of a rule ask in a scene.
 
     Args:
         constraints: Lengths in the scene's unit.
         envelope: Which end of their intervals.
-        start, goal: (3,), set units.
-        bounds: The rectangle that paths stay in: the table.
+        start, goal: (3,), set units: no more is asked than they leave. None: as asked.
 
     Raises:
-        InputError: Start or goal breaks a constraint at its point answer; a constraint that
-            cannot be read in this scene.
+        InputError: Start or goal breaks a constraint at its point answer.
+        CannotJudgeError: The scene does not list its objects.
     """
-    ends = np.stack([start, goal])
-    made = _Made()
+    made = _Made(scene, _RIM * extent(scene.bounds))
+    ends = None if start is None or goal is None else np.stack([start, goal])
     for index, constraint in enumerate(constraints):
         value = threshold(constraint, envelope)
-        obstacles = _obstacles(index, constraint, scene, bounds, value)
-        room = min([float(o.gap(ends).min()) for o in obstacles], default=math.inf)
-        if room < 0:
-            value = _what_ends_leave(index, constraint, scene, bounds, value, ends)
+        obstacles = _obstacles(index, constraint, value, made)
+        if ends is not None and _room(obstacles, ends) < 0:
+            value = _what_ends_leave(index, constraint, value, ends, made)
             made.capped[index] = value
-            obstacles = _obstacles(index, constraint, scene, bounds, value)
-        rim = _RIM * extent(bounds)
-        # As far as the ends have room: they may lie on a rim exactly.
-        made.obstacles += [
-            replace(o, radius=o.radius + min(rim, 0.5 * max(0.0, float(o.gap(ends).min()))))
-            for o in obstacles
-        ]
+            obstacles = _obstacles(index, constraint, value, made)
+        for obstacle in obstacles:
+            # A little more than is asked, as far as the ends have room: they may lie on a rim.
+            more = made.rim
+            if ends is not None:
+                more = min(more, 0.5 * max(0.0, float(obstacle.gap(ends).min())))
+            made.obstacles.append(replace(obstacle, radius=obstacle.radius + more))
         made.kept.append(replace(constraint, value=value))
-        made.how.append(_other(index, constraint, value, scene, made) if not obstacles else
-                        "height" if constraint.feature == "height_over" else "zone")
+        made.how.append(_how(index, constraint, value, made))
     return Requirements(
         tuple(made.kept), tuple(made.how), tuple(made.obstacles), tuple(made.vias),
         tuple(made.speeds), tuple(made.times), made.low, made.high, made.capped,
+        tuple(sorted(made.unknown)),
     )  # fmt: skip
 
 
-def _obstacles(
-    index: int,
-    constraint: Constraint,
-    scene: Scene,
-    bounds: tuple[float, float, float, float],
-    value: float,
-) -> list[Obstacle]:
-    """What a constraint forbids to enter; none where it speaks of something else."""
-    if constraint.feature not in _PLANAR or value <= 0 and constraint.feature != "region":
+def _obstacles(index: int, constraint: Constraint, value: float, made: _Made) -> list[Obstacle]:
+    """What a constraint forbids to enter; none where it speaks of something else.
+
+    A threshold below 0 allows to enter a little: nothing is entered all the same.
+    """
+    feature, scene, of = constraint.feature, made.scene, constraint.of
+    keep = max(0.0, value)
+    if feature == "edge":
+        table = table_of(scene)
+        return [] if table is None else [Obstacle(index, "", "table", table, keep, outside=True)]
+    if feature == "region":
+        shape = regions_of(scene).get(str(of))
+        if shape is None:
+            return []
+        inside = constraint.sense == "at_most"
+        keep = max(0.0, -value) if inside else keep
+        return [Obstacle(index, "", str(of), shape, keep, outside=inside)]
+    if feature == "between":
+        return [
+            Obstacle(index, f"{p.id} and {q.id}", f"{p.symbol} and {q.symbol}",
+                     Capsule(p.center, q.center, 0.0), keep)
+            for p, q in joined_things(scene, of)
+            if keep > 0
+        ]  # fmt: skip
+    if feature not in ("distance", "height_over"):
         return []
-    if constraint.feature == "edge":
-        return [Obstacle(index, "", "table", table_of(scene, bounds), value, outside=True)]
-    if constraint.feature == "region":
-        return [Obstacle(index, "", str(constraint.of), region_of(constraint, scene),
-                         max(value, 0.0), outside=constraint.sense == "at_most")]
-    made = []
-    for place in places_of(constraint, scene):
-        cuts, radius = place.cuts, value
-        if constraint.feature == "height_over":
-            cuts, radius = (((0.0, 0.0, -1.0), -(place.top + value)),), 0.0
-        made.append(Obstacle(index, place.name, place.symbol, place.shape, radius, cuts))
-    return made
+    found = []
+    for item in scene.listed_objects():
+        if item.symbol != of:
+            continue
+        if feature == "height_over":
+            if item.height is None:
+                made.unknown.add(item.id)
+            else:
+                cut: HalfSpace = ((0.0, 0.0, -1.0), -(item.height[1] + value + made.rim))
+                found.append(Obstacle(index, item.id, item.symbol, item.outline, 0.0, (cut,)))
+            continue
+        cuts = _side(item, constraint, made.rim)
+        if cuts is None:
+            made.unknown.add(item.id)
+        else:
+            found.append(Obstacle(index, item.id, item.symbol, item.outline, keep, cuts))
+    return found
+
+
+def _side(item: SceneObject, constraint: Constraint, rim: float) -> tuple[HalfSpace, ...] | None:
+    """The half of the plane in which a distance counts; None where it is not known."""
+    if constraint.sector is None:
+        return ()
+    ahead = sector_direction(item, constraint.sector, constraint.unit == "px")
+    if ahead is None:
+        return None
+    normal = (float(ahead[0]), float(ahead[1]), 0.0)
+    return ((normal, float(ahead @ np.asarray(item.center)) - rim),)
+
+
+def _room(obstacles: Sequence[Obstacle], points: FloatArray) -> float:
+    return min([float(o.gap(points).min()) for o in obstacles], default=math.inf)
 
 
 def _what_ends_leave(
-    index: int,
-    constraint: Constraint,
-    scene: Scene,
-    bounds: tuple[float, float, float, float],
-    value: float,
-    ends: FloatArray,
+    index: int, constraint: Constraint, value: float, ends: FloatArray, made: _Made
 ) -> float:
     """The largest threshold that start and goal keep: any path begins and ends there.
 
@@ -122,40 +155,35 @@ def _what_ends_leave(
         InputError: They do not keep the point answer.
     """
 
-    def room(at: float) -> float:
-        found = _obstacles(index, constraint, scene, bounds, at)
-        return min([float(o.gap(ends).min()) for o in found], default=math.inf)
+    def room(at: float, points: FloatArray) -> float:
+        return _room(_obstacles(index, constraint, at, made), points)
 
-    low, high = min(constraint.value, value), value
-    if room(low) < 0:
-        found = _obstacles(index, constraint, scene, bounds, low)
-        which = "start" if min(float(o.gap(ends[:1])[0]) for o in found) < 0 else "goal"
+    asks_less = constraint.sign * min(constraint.sign * constraint.value, constraint.sign * value)
+    if room(asks_less, ends) < 0:
+        which = "start" if room(asks_less, ends[:1]) < 0 else "goal"
         place = ends[0 if which == "start" else 1]
         raise InputError(
-            f"a {which} that keeps: {sentence_of(constraint)}",
-            f"[{', '.join(f'{v:g}' for v in place)}]",
-            row=f"scene {scene.scene_id}",
+            f"a {which} that keeps: {words_of(constraint)}",
+            f"[{place[0]:g}, {place[1]:g}]" + (f" at z {place[2]:g}" if place[2] else ""),
+            row=f"scene {made.scene.scene_id}",
             field=which,
         )
+    kept, asked = asks_less, value
     for _ in range(60):
-        middle = (low + high) / 2
-        low, high = (middle, high) if room(middle) >= 0 else (low, middle)
-    return low
+        middle = (kept + asked) / 2
+        kept, asked = (middle, asked) if room(middle, ends) >= 0 else (kept, middle)
+    return kept
 
 
-def _other(
-    index: int, constraint: Constraint, value: float, scene: Scene, made: _Made
-) -> str:
-    """How a constraint that forbids no area is kept."""
-    feature = constraint.feature
-    near: tuple[float | None, tuple[Footprint, ...]] = (None, ())
-    if constraint.when is not None:
-        shapes = tuple(p.shape for p in places_near(constraint, scene))
-        near = float(constraint.when.within), shapes
+def _how(index: int, constraint: Constraint, value: float, made: _Made) -> str:
+    """How a constraint is kept; what forbids no area is gathered."""
+    feature, when, scene = constraint.feature, constraint.when, made.scene
+    if feature in _AREAS:
+        return "height" if feature == "height_over" else "zone"
     if feature == "near":
-        made.vias += [
-            Via(index, p.name, p.shape, value * (1 - _RIM)) for p in places_of(constraint, scene)
-        ]
+        shapes = tuple(o.outline for o in scene.listed_objects() if o.symbol == constraint.of)
+        if shapes:
+            made.vias.append(Via(index, shapes, value - made.rim))
         return "place"
     if feature == "height":
         if constraint.sense == "at_least":
@@ -163,14 +191,25 @@ def _other(
         else:
             made.high = min(made.high, value)
         return "height"
-    if feature == "speed" and constraint.sense == "at_most" and value > 0:
-        if constraint.when is None or near[1]:
-            made.speeds.append(SpeedLimit(index, value, *near))
+    if constraint.sense != "at_most" or value <= 0:
+        return "check"
+    of, radius = constraint.of, 0.0
+    if when is not None:
+        of, radius = when.of, when.within
+    items = [o for o in scene.listed_objects() if o.symbol == of] if of is not None else []
+    shapes = tuple(o.outline for o in items)
+    if feature == "speed":
+        if when is None:
+            made.speeds.append(SpeedLimit(index, value))
+        elif shapes:
+            made.speeds.append(SpeedLimit(index, value, radius, shapes))
         return "timing"
-    if feature in ("dwell", "duration") and constraint.sense == "at_most" and value > 0:
-        if constraint.when is None or near[1]:
-            made.times.append(TimeLimit(index, value, *near))
+    if feature == "dwell":
+        made.times += [TimeLimit(index, value, radius, (shape,)) for shape in shapes]
         return "timing"
-    if feature == "tilt" and constraint.sense == "at_most":
-        return "execution"
-    return "zone" if feature in _PLANAR else "check"
+    if feature == "duration":
+        made.times.append(TimeLimit(index, value))
+        return "timing"
+    if feature == "length":
+        return "shortest"
+    return "execution" if feature == "tilt" else "check"

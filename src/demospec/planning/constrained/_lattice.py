@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import permutations
+from itertools import pairwise, permutations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,7 +54,7 @@ class Lattice:
 
     def middles(self, cells: NDArray[np.int64]) -> FloatArray:
         """(n, 3) middles of cells (n, 3)."""
-        return np.asarray(np.asarray(self.box[0]) + (cells + [0.5, 0.5, 0.0]) * self.edge)
+        return np.asarray(np.asarray(self.box[0]) + (cells + np.array([0.5, 0.5, 0.0])) * self.edge)
 
     @cached_property
     def free(self) -> NDArray[np.bool_]:
@@ -118,7 +118,7 @@ def cheapest_way(
         return None
     places = [first, *best, last]
     points, rows = [start[None]], []
-    for i, (a, b) in enumerate(zip(places[:-1], places[1:], strict=True)):
+    for i, (a, b) in enumerate(pairwise(places)):
         middles = lattice.middles(fields.trace(a, b))
         points.append(middles if i == 0 else middles[1:])
         rows.append(sum(map(len, points)) - 1)
@@ -193,9 +193,7 @@ def _ordered(
                 if found is not None:
                     chosen[k] = found[1]
         stops = [first, *chosen, last]
-        total = sum(
-            float(fields.costs(a)[b]) for a, b in zip(stops[:-1], stops[1:], strict=True)
-        )
+        total = sum(float(fields.costs(a)[b]) for a, b in pairwise(stops))
         if best is None or total < best[0]:
             best = total, chosen
     return None if best is None else best[1]

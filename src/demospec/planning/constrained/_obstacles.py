@@ -12,7 +12,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from demospec.frames import FloatArray
-from demospec.geometry import Capsule, Disc, Footprint, Polygon, rims, segment_distance
+from demospec.geometry import (
+    Capsule,
+    Disc,
+    Footprint,
+    Polygon,
+    path_distance,
+    rims,
+    segment_distance,
+)
 
 HalfSpace = tuple[tuple[float, float, float], float]
 """(unit normal, offset): the points p with normal · p > offset."""
@@ -24,7 +32,7 @@ class Obstacle:
 
     Args:
         constraint: Index of the constraint in its rule; −1 for a clearance.
-        object_id: The thing, or the two of a relation; "" for the table.
+        object_id: The thing, or the two that are joined; "" for the table or a region.
         symbol: Its class.
         shape: What the distance is measured from.
         radius: Nearer to `shape` is forbidden, set units; ≥ 0.
@@ -79,33 +87,57 @@ class Obstacle:
         keeps = (-np.asarray(self.shape.signed_distance(ends)) >= self.radius).all(axis=1)
         if isinstance(self.shape, Disc):  # the farthest point of a segment is an end
             return np.asarray(keeps)
+        meets = np.zeros(len(a), dtype=bool)
         for rim in rims(self.shape):
             for p, q in zip(rim, np.roll(rim, -1, axis=0), strict=True):
                 side = Capsule((float(p[0]), float(p[1])), (float(q[0]), float(q[1])), 0.0)
                 left = np.flatnonzero(keeps)
                 if not len(left):
                     return np.asarray(keeps)
-                keeps[left] = segment_distance(side, a[left], b[left]) >= self.radius
+                gap = segment_distance(side, a[left], b[left])
+                keeps[left] = gap >= self.radius
+                meets[left] |= gap == 0.0
+        for i in np.flatnonzero(keeps & meets):  # along the rim, or through it
+            keeps[i] = self._between_meetings(a[i], b[i])
         return np.asarray(keeps)
+
+    def _between_meetings(self, a: FloatArray, b: FloatArray) -> bool:
+        """Whether a segment that meets the rim is inside, between any two places of the rim."""
+        at = [0.0, 1.0]
+        for rim in rims(self.shape):
+            sides = np.roll(rim, -1, axis=0) - rim
+            across = (b - a)[0] * sides[:, 1] - (b - a)[1] * sides[:, 0]
+            to = rim - a
+            with np.errstate(divide="ignore", invalid="ignore"):
+                share = (to[:, 0] * sides[:, 1] - to[:, 1] * sides[:, 0]) / across
+            at += [float(s) for s in share[np.isfinite(share)] if 0 < s < 1]
+        ends = np.sort(at)
+        middles = a + ((ends[1:] + ends[:-1]) / 2)[:, None] * (b - a)
+        return bool((self.shape.signed_distance(middles) <= 0).all())
 
 
 @dataclass(frozen=True)
 class Via:
-    """A place that the path must come to: within `radius` of a shape.
+    """What the path must come to: within `radius` of any one of several things.
 
     Args:
-        constraint, object_id: As of an obstacle.
-        shape, radius: Set units.
+        constraint: As of an obstacle.
+        shapes: Of the things; at least one.
+        radius: Set units.
     """
 
     constraint: int
-    object_id: str
-    shape: Footprint
+    shapes: tuple[Footprint, ...]
     radius: float
 
     def gap(self, points: FloatArray) -> FloatArray:
         """(n,) of points (n, 3): how far within the region; < 0 outside of it."""
-        return np.asarray(self.radius - self.shape.signed_distance(points[:, :2]))
+        away = [shape.signed_distance(points[:, :2]) for shape in self.shapes]
+        return np.asarray(self.radius - np.min(away, axis=0))
+
+    def met(self, path: FloatArray) -> bool:
+        """Whether the polyline (n, 3) comes so near."""
+        return any(path_distance(s, path[:, :2])[0] <= self.radius for s in self.shapes)
 
 
 def all_clear(obstacles: tuple[Obstacle, ...], a: FloatArray, b: FloatArray) -> np.ndarray:

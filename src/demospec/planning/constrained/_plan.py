@@ -10,10 +10,9 @@ import numpy as np
 
 from demospec.frames import FloatArray
 from demospec.planning.constrained._lattice import Box, Lattice, cheapest_way
-from demospec.geometry import path_distance
 from demospec.planning.constrained._obstacles import Obstacle, Via, path_clear
 from demospec.planning.constrained._requirements import Requirements
-from demospec.planning.constrained._shorten import length, shorten, shortcut
+from demospec.planning.constrained._shorten import length, shortcut, shorten
 from demospec.planning.constrained._timing import timed
 
 Judge = Callable[[int, FloatArray, FloatArray | None, tuple[str, ...]], float]
@@ -132,9 +131,7 @@ def shortest_way(
         coarse: Only whether there is a way: the first lattice, and the way as it is.
     """
     ends = np.stack([start, goal])
-    if path_clear(obstacles, ends) and all(
-        path_distance(v.shape, ends[:, :2])[0] <= v.radius for v in vias
-    ):
+    if path_clear(obstacles, ends) and all(via.met(ends) for via in vias):
         return ends
     raised = box[0][2] < box[1][2]
     low, high = map(np.asarray, box)

@@ -3,22 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
-import numpy as np
-
-from demospec.errors import InputError
-from demospec.frames import FloatArray
 from demospec.planning._results import Envelope
 from demospec.planning.constrained._obstacles import Obstacle, Via
 from demospec.planning.constrained._timing import SpeedLimit, TimeLimit
-Constraint = object
-from demospec.scene import Scene
+from demospec.rules import Constraint
 
-HOW = ("zone", "place", "height", "timing", "execution", "check")
-"""How a plan keeps a constraint: it stays out of a zone, comes to a place, keeps a height, slows
-down; leaves it to who executes it; or it is only checked."""
+HOW = ("zone", "place", "height", "timing", "shortest", "execution", "check")
+"""How a plan keeps a constraint: it stays out of a zone, comes to a place, keeps a height, is
+timed, is the shortest; leaves it to who carries it out; or it is only checked."""
 
 
 @dataclass(frozen=True)
@@ -34,6 +28,7 @@ class Requirements:
         speeds, times: Limits on the timing; the timing starts where there is one.
         low, high: Least and greatest z, set units; −inf and +inf where no height matters.
         capped: Constraint → threshold that start or goal leaves, set units.
+        unknown: Ids of things whose heading or height a constraint asks for and nobody knows.
     """
 
     constraints: tuple[Constraint, ...]
@@ -45,6 +40,7 @@ class Requirements:
     low: float = -math.inf
     high: float = math.inf
     capped: dict[int, float] = field(default_factory=dict)
+    unknown: tuple[str, ...] = ()
 
     @property
     def raised(self) -> bool:

@@ -90,8 +90,9 @@ def plan_panels(data: DemonstrationSet, rules: RuleSet | None, plans: Sequence[P
 
 def draw_line(axes: Any, points: FloatArray, label: str | None = None) -> None:
     """A plan: blue over white."""
-    axes.plot(*points.T, color="white", lw=4, solid_capstyle="round")
-    axes.plot(*points.T, color=ACCEPTED, lw=2.2, label=label)
+    xy = points[:, :2].T
+    axes.plot(*xy, color="white", lw=4, solid_capstyle="round")
+    axes.plot(*xy, color=ACCEPTED, lw=2.2, label=label)
 
 
 def verdict(plan: Plan) -> str:
