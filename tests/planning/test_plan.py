@@ -55,7 +55,7 @@ def least_margin(scene: Scene, value: dict[str, float], path: np.ndarray) -> flo
 @settings(deadline=None, max_examples=40)
 @given(
     st.lists(
-        st.tuples(st.floats(20, 80), st.floats(20, 80), st.floats(1, 9)), min_size=1, max_size=4
+        st.tuples(st.floats(28, 72), st.floats(28, 72), st.floats(1, 9)), min_size=1, max_size=4
     ),
     st.floats(0, 8),
 )

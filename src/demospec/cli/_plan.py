@@ -118,11 +118,29 @@ def _show(document: dict[str, Any], metres_per_unit: float | None, units: str = 
         ["time", f"{document['seconds'] * 1000:.0f} ms"],
     ]
     rows += [[f"clearance to {name}", words(c)] for name, c in document["clearance"].items()]
+    if document["t"]:
+        rows.append(["duration", f"{document['t'][-1]:.3g} s"])
+    rows += [[c["sentence"], _kept(c)] for c in document["constraints"]]
     rows += [
         [f"too near to {v['object']}", f"by {words(v['by'])} at {v['at']}"]
         for v in document["violations"]
     ]
     print_table(title, ["what", "value"], rows, "\n".join(_notes(document, words)))
+
+
+def _kept(constraint: dict[str, Any]) -> str:
+    """Whether a constraint is kept, and by how much."""
+    if constraint["kept"] is None:
+        return "not known"
+    verdict = "yes" if constraint["kept"] else "no"
+    if constraint["margin"] is None:
+        return f"{verdict}: nothing of it is here"
+    unit = "" if constraint["unit"] == "1" else f" {constraint['unit']}"
+    word = "room" if constraint["kept"] else "by"
+    left = f", {word} {abs(constraint['margin']):.3g}{unit}"
+    return f"{verdict}{left}" + (
+        " when carried upright" if constraint["how"] == "execution" else ""
+    )
 
 
 def _notes(document: dict[str, Any], words: Callable[[float], str]) -> list[str]:

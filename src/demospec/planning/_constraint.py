@@ -159,8 +159,8 @@ def constraint_of(
         raise InputError("a rule to plan with", "none", field=f"types.{of}")
     limit = influence_limit(rule.influence_rule, scene, envelope, symbols=symbols)
     named = {o.id for o in limit.objects}
-    asked = symbols or {o.symbol for o in listed}
-    silent = tuple(o.id for o in listed if o.id not in named and o.symbol in asked)
+    chosen = symbols or {o.symbol for o in listed}
+    silent = tuple(o.id for o in listed if o.id not in named and o.symbol in chosen)
     zones = limit.zones()
     if limit.rule.settings is None:
         return Constraint(scene, zones, uninformed=silent, asked=asked)

@@ -67,7 +67,7 @@ class Obstacle:
         for normal, offset in self.cuts:
             n = np.asarray(normal)
             at, by = a @ n - offset, (b - a) @ n
-            with np.errstate(divide="ignore", invalid="ignore"):
+            with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
                 meets = -at / by
             low = np.where((by > 0) & (meets > low), meets, low)
             high = np.where((by < 0) & (meets < high), meets, high)
@@ -108,7 +108,7 @@ class Obstacle:
             sides = np.roll(rim, -1, axis=0) - rim
             across = (b - a)[0] * sides[:, 1] - (b - a)[1] * sides[:, 0]
             to = rim - a
-            with np.errstate(divide="ignore", invalid="ignore"):
+            with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
                 share = (to[:, 0] * sides[:, 1] - to[:, 1] * sides[:, 0]) / across
             at += [float(s) for s in share[np.isfinite(share)] if 0 < s < 1]
         ends = np.sort(at)
