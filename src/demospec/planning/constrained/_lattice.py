@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise, permutations
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,9 +58,14 @@ class Lattice:
         return np.asarray(np.asarray(self.box[0]) + (cells + np.array([0.5, 0.5, 0.0])) * self.edge)
 
     @cached_property
+    def cells(self) -> NDArray[np.int64]:
+        """(n, 3) all cells."""
+        return np.moveaxis(np.indices(self.shape), 0, -1).reshape(-1, 3).astype(np.int64)
+
+    @cached_property
     def free(self) -> NDArray[np.bool_]:
         """Cells whose middle has room."""
-        cells = np.stack(np.indices(self.shape), axis=-1).reshape(-1, 3)
+        cells = self.cells
         middles = self.middles(cells)
         free = np.ones(len(middles), dtype=bool)
         for obstacle in self.obstacles:
@@ -105,7 +111,7 @@ def cheapest_way(
     fields = _Fields(lattice)
     if not np.isfinite(fields.costs(first)[last]):
         return None
-    cells = np.stack(np.indices(lattice.shape), axis=-1).reshape(-1, 3)
+    cells = lattice.cells
     regions = []
     for via in vias:
         room = via.gap(lattice.middles(cells)) >= 0
@@ -133,7 +139,7 @@ class _Fields:
 
     def __init__(self, lattice: Lattice) -> None:
         self.lattice = lattice
-        self._known: dict[Cell, tuple[FloatArray, object]] = {}
+        self._known: dict[Cell, tuple[FloatArray, Any, list[int]]] = {}
 
     def costs(self, cell: Cell) -> FloatArray:
         if cell not in self._known:
@@ -145,14 +151,13 @@ class _Fields:
             edge = tuple(float(self.lattice.edge[n]) for n in axes)
             search = MCP_Geometric(flat, sampling=edge)
             found, _ = search.find_costs([tuple(cell[n] for n in axes)])
-            self._known[cell] = np.asarray(found).reshape(self.lattice.shape), (search, axes)
+            self._known[cell] = np.asarray(found).reshape(self.lattice.shape), search, axes
         return self._known[cell][0]
 
     def trace(self, a: Cell, b: Cell) -> NDArray[np.int64]:
         """(n, 3) cells from a to b."""
         self.costs(a)
-        search, axes = self._known[a][1]  # type: ignore[misc]  # a pair, held as it came
-        cells = np.zeros((0, 3), dtype=np.int64)
+        _, search, axes = self._known[a]
         way = np.array(search.traceback(tuple(b[n] for n in axes)), dtype=np.int64)
         cells = np.zeros((len(way), 3), dtype=np.int64)
         cells[:, axes] = way

@@ -84,7 +84,8 @@ class Obstacle:
 
     def _within(self, a: FloatArray, b: FloatArray) -> np.ndarray:
         ends = np.stack([a, b], axis=1)
-        keeps = (-np.asarray(self.shape.signed_distance(ends)) >= self.radius).all(axis=1)
+        room = -np.asarray(self.shape.signed_distance(ends)).max(axis=1)
+        keeps = np.asarray(room >= self.radius)
         if isinstance(self.shape, Disc):  # the farthest point of a segment is an end
             return np.asarray(keeps)
         meets = np.zeros(len(a), dtype=bool)

@@ -66,7 +66,7 @@ def timed(
     """
     spatial = path[:, : min(3, path.shape[1])]
     total = float(np.linalg.norm(np.diff(spatial, axis=0), axis=1).sum())
-    near = any(limit.radius is not None for limit in (*speeds, *times))
+    near = any(s.radius is not None for s in speeds) or any(t.radius is not None for t in times)
     fine = densify(path, max(total / _PIECES, 1e-300)) if near and total > 0 else path
     a, b = fine[:-1], fine[1:]
     step = np.linalg.norm(np.diff(fine[:, : spatial.shape[1]], axis=0), axis=1)
@@ -81,8 +81,8 @@ def timed(
     keep = np.ones(len(fine), dtype=bool)
     keep[1:-1] = speed[1:] != speed[:-1]
     if len(fine) > len(path):
-        own = np.isclose(fine[:, None, :], path[None], rtol=0, atol=0).all(axis=2).any(axis=1)
-        keep |= own
+        own = {tuple(point) for point in path.tolist()}
+        keep |= np.array([tuple(point) in own for point in fine.tolist()])
     else:
         keep[:] = True
     seconds = np.concatenate([[0.0], np.cumsum(step / (speed * _SURE))])
