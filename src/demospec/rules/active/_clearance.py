@@ -12,7 +12,7 @@ from demospec.demonstrations import bezier_points
 from demospec.errors import InputError
 from demospec.frames import FloatArray
 from demospec.rules.clearance._fit import ClearanceFit
-from demospec.rules.clearance._likelihood import SLOPE, Particles, log_sum, margins
+from demospec.rules.clearance._likelihood import Particles, log_sum
 from demospec.rules.clearance._measure import Distance, nearest_approach
 from demospec.rules.clearance._problem import ClearanceProblem, solve_clearance
 from demospec.scene import Scene
@@ -102,7 +102,7 @@ def best_clearance_path(
     points = best[2]
     near = nearest_approach(scene, points[None], fit.symbols, distance=distance)
     bits, p = path_bits(fit.particles, near)
-    accept = _accepts(fit.particles, near)[:, 0]
+    accept = fit.particles.accepts(near)[:, 0]
     left = [_left(fit.particles, share, unit) for share in (accept, 1.0 - accept)]
     return Query(
         "ask", best[1], points, left[0], left[1], float(bits[0]), float(p[0]), now, False, "", type,
@@ -117,7 +117,7 @@ def _left(particles: Particles, share: FloatArray, unit: float) -> float:
     total = log_sum(weight)
     if total == -np.inf:
         return 0.0
-    return distinguishable(Particles(weight - total, particles.clearance, particles.sigma), unit)
+    return distinguishable(particles.weighed(weight - total), unit)
 
 
 def _controls(
@@ -151,20 +151,10 @@ def _in_picture(scene: Scene, paths: FloatArray) -> NDArray[np.bool_]:
     return np.asarray(((paths >= 0) & (paths <= np.asarray(scene.size_px))).all(axis=(1, 2)))
 
 
-def _accepts(particles: Particles, near: FloatArray) -> FloatArray:
-    """(m, n) probability that each particle's rule accepts each path."""
-    gap = margins(near, particles.clearance)
-    out = (gap >= 0).astype(np.float64)
-    soft = particles.sigma > 0
-    scaled = np.clip(-SLOPE / particles.sigma[soft, None] * gap[soft], -60.0, 60.0)
-    out[soft] = 1.0 / (1.0 + np.exp(scaled))
-    return out
-
-
 def path_bits(particles: Particles, near: FloatArray) -> tuple[FloatArray, FloatArray]:
     """(n, K) nearest approaches → (n,) expected bits of the label, (n,) probability of valid."""
     weight = np.exp(particles.log_weight)
-    accept = _accepts(particles, near)
+    accept = particles.accepts(near)
     p = np.clip(weight @ accept, 0.0, 1.0)
     return np.maximum(_entropy(p) - weight @ _entropy(accept), 0.0), p
 

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from demospec.frames import FloatArray
-from demospec.rules.clearance._interval import SURE, Ends, ends_of, exact_share, together
-from demospec.rules.clearance._likelihood import Particles, margins
+from demospec.rules.clearance._interval import SURE, Ends, ends_of, sharp_share, together
+from demospec.rules.clearance._likelihood import SHARP, Particles, margins
 from demospec.rules.clearance._version_space import BoolArray, ClearanceSpace
 
 BELIEVED = 0.0025
@@ -58,14 +58,15 @@ def point_answer(
     """
     weight = np.exp(particles.log_weight)
     sure = 0.5 if trusted else SURE
-    point = _most_probable(particles, weight, weight, space, sure)
+    point = _most_probable(particles, weight, weight, space, nearest, valid, sure)
     if space.consistent and not _agrees(point.clearance[None], nearest, valid)[0]:
-        agrees = _agrees(particles.clearance, nearest, valid) & (particles.sigma == 0)
+        agrees = _agrees(particles.clearance, nearest, valid) & (particles.kind == SHARP)
         # Where distances are probably wrong, to agree with every label is mere luck.
-        exact = trusted or weight[particles.sigma == 0].sum() >= 0.5 * weight.sum()
+        exact = trusted or weight[particles.kind == SHARP].sum() >= 0.5 * weight.sum()
         if exact and weight[agrees].sum() >= BELIEVED * weight.sum():
             agreeing = np.where(agrees, weight, 0.0)
-            return _most_probable(particles, agreeing, weight, space, 0.0 if trusted else SURE)
+            least = 0.0 if trusted else SURE
+            return _most_probable(particles, agreeing, weight, space, nearest, valid, least)
     return point
 
 
@@ -79,6 +80,8 @@ def _most_probable(
     weight: FloatArray,
     believed: FloatArray,
     space: ClearanceSpace,
+    nearest: FloatArray,
+    valid: BoolArray,
     sure: float,
 ) -> Point:
     """The classes with the most weight and their mean clearances.
@@ -86,6 +89,7 @@ def _most_probable(
     Args:
         weight: (m,) of the rules to choose among.
         believed: (m,) of all rules: what the intervals must hold.
+        nearest, valid: The demonstrations.
         sure: See `ends_of`.
     """
     matters = np.isfinite(particles.clearance)
@@ -95,17 +99,26 @@ def _most_probable(
     columns = np.flatnonzero(rows[first]).tolist()
     these = group.ravel() == first
     part = together(particles, np.where(these, weight, 0.0))
-    # The ends that demonstrations set hold where distances are exact.
-    agreeing = space.allows(columns) and exact_share(particles, part) >= 0.5
-    every = together(particles, np.where(these, believed, 0.0))
-    ends, exact = ends_of(particles, every, space, columns, agreeing, sure)
+    # The ends that demonstrations set hold where answers are sharp.
+    agreeing = space.allows(columns) and sharp_share(particles, part) >= 0.5
+    every = together(particles, np.where(these, believed, 0.0), SURE)
     mine = part > 0
     mean = part[mine] @ particles.clearance[mine][:, columns] / part.sum()
     clearance = np.full(len(rows[first]), -np.inf)
-    for k, c in zip(columns, mean.tolist(), strict=True):
-        low, high = space.interval(columns, k) if agreeing else ends[k]
-        clearance[k] = min(max(c, low), high)
-    return Point(_raised(clearance, space) if agreeing else clearance, ends, exact)
+    clearance[columns] = mean
+    if agreeing:
+        for k in columns:
+            low, high = space.interval(columns, k)
+            clearance[k] = min(max(clearance[k], low), high)
+        clearance = _raised(clearance, space)
+    else:
+        right = (margins(nearest, clearance[None])[0] >= 0) == valid
+        space = ClearanceSpace.of(nearest[right], valid[right], space.floor)
+    ends, exact = ends_of(particles, every, space, columns, agreeing, sure)
+    if not exact:
+        for k in columns:
+            clearance[k] = min(max(clearance[k], ends[k][0]), ends[k][1])
+    return Point(clearance, ends, exact)
 
 
 def _raised(clearance: FloatArray, space: ClearanceSpace) -> FloatArray:

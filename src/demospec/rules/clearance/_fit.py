@@ -19,11 +19,7 @@ from demospec.rules._evidence import Evidence
 from demospec.rules._rule_set import ClearanceRule
 from demospec.rules.clearance._estimate import point_answer
 from demospec.rules.clearance._interval import is_shared
-from demospec.rules.clearance._likelihood import (
-    SLOPE,
-    Particles,
-    margins,
-)
+from demospec.rules.clearance._likelihood import POSITION, Particles, margins
 from demospec.rules.clearance._posterior import Weighed
 from demospec.rules.clearance._version_space import ClearanceSpace
 
@@ -72,17 +68,10 @@ class ClearanceFit:
         """(n, K) nearest approaches → (n,) posterior probability that the path is acceptable."""
         d = np.asarray(nearest, dtype=np.float64)
         weight = np.exp(self.particles.log_weight)
-        sigma = self.particles.sigma
         out = np.empty(len(d))
         step = max(1, 2_000_000 // max(1, len(weight)))
         for low in range(0, len(d), step):
-            gap = margins(d[low : low + step], self.particles.clearance)
-            kept = (gap >= 0).astype(np.float64)
-            soft = sigma > 0
-            if soft.any():
-                scaled = np.clip(-SLOPE / sigma[soft, None] * gap[soft], -60.0, 60.0)
-                kept[soft] = 1.0 / (1.0 + np.exp(scaled))
-            out[low : low + step] = weight @ kept
+            out[low : low + step] = weight @ self.particles.accepts(d[low : low + step])
         return np.clip(out, 0.0, 1.0)
 
 
@@ -132,7 +121,7 @@ def fit_of(alone: Weighed, particles: Particles, trusted: bool = False) -> Clear
         contradicted=tuple(np.flatnonzero(wrong).tolist()),
         at_most={n: float(space.upper[k]) for k, n in enumerate(names)},
         shared=float(weight @ is_shared(particles)),
-        position_noise=float(weight @ particles.sigma),
+        position_noise=float(weight @ np.where(particles.kind == POSITION, particles.sigma, 0.0)),
         exact=alone.exact,
         fewest=space.fewest_classes_bound() if space.consistent else None,
         particles=particles,

@@ -47,7 +47,7 @@ def in_company(
     for number in range(int(group.max()) + 1):
         mine = group.ravel() == number
         moved[mine] += log_sum(particles.log_weight[mine]) - log_sum(moved[mine])
-    return Particles(moved, particles.clearance, particles.sigma)
+    return particles.weighed(moved)
 
 
 def _kept(particles: Particles) -> FloatArray:

@@ -1,10 +1,11 @@
 """Between which ends a clearance lies: what demonstrations set, or what is credible.
 
-Where distances are exact, every clearance that agrees with all labels is possible and no other:
-rejected demonstrations set the lower end, accepted ones the upper. Those ends are too narrow where
-an object stands elsewhere than its list says, and few demonstrations seldom tell. So the ends that
-demonstrations set are printed only where distances are surely exact; else the interval holds
-whichever of both is so.
+Where answers are sharp and distances exact, every clearance that agrees with the labels is possible
+and no other: rejected demonstrations set the lower end, accepted ones the upper. Those ends are too
+narrow where a person is inconsistent or an object stands elsewhere than its list says, and few
+demonstrations seldom tell. So the ends that demonstrations set are printed only where answers are
+surely sharp; else the interval holds whichever of both is so. Where labels contradict each other,
+the labels that the named rule agrees with set the ends: a contradiction does not narrow them.
 """
 
 from __future__ import annotations
@@ -14,11 +15,18 @@ from collections.abc import Sequence
 import numpy as np
 
 from demospec.frames import FloatArray
-from demospec.rules.clearance._likelihood import Particles
+from demospec.rules.clearance._likelihood import POSITION, SHARP, SOFT, STRICT, Particles
 from demospec.rules.clearance._version_space import BoolArray, ClearanceSpace
 
 SURE = 0.95
 """Posterior probability from which exact distances, or wrong ones, are taken for certain."""
+
+HELD = 0.98
+"""Posterior probability that the interval of a soft or strict person holds. It is meant to hold in
+95 %: no person answers quite as a response does, and simulated ones were held less often."""
+
+PLAIN = 0.3
+"""Posterior probability of a kind of response from which its interval is held to that."""
 
 Ends = tuple[float, float]
 
@@ -36,33 +44,39 @@ def ends_of(
     Args:
         particles: The posterior over rules.
         weight: (m,) of each; 0 outside the rules whose clearances these are.
-        space: All rules that agree with every label.
+        space: All rules of these classes that agree with every label that the named rule
+            agrees with.
         columns: The classes that matter.
-        agreeing: Whether the ends that demonstrations set are those of exact distances. Else
-            only a credible interval is (labels contradict each other, or errors are likelier).
-        sure: Probability of exact distances from which these ends are the interval.
+        agreeing: Whether that is every label.
+        sure: Probability of sharp answers from which these ends are the interval.
     """
-    exactly = particles.sigma == 0
-    share = exact_share(particles, weight)
+    share = sharp_share(particles, weight)
     if agreeing and (share >= sure or not columns):
         return {k: space.interval(columns, k) for k in columns}, True
+    groups = [(share, particles.kind == SHARP)]
+    for kinds in ((POSITION, SOFT), (STRICT,)):
+        mine = np.isin(particles.kind, kinds)
+        groups.append((float(weight[mine].sum() / weight.sum()), mine))
     found = {}
     for k in columns:
         parts = []
-        for rows, likely in ((exactly, share), (~exactly, 1.0 - share)):
-            if likely <= 1.0 - SURE:
-                continue
-            if agreeing and rows is exactly:
+        for i, (likely, mine) in enumerate(groups):
+            # Of each kind of response as many rules as leave out too few to matter.
+            rather = min(likely / PLAIN, 1.0) if i else 0.0
+            out = 1.0 - SURE - rather * (HELD - SURE)
+            held = 1.0 - out / likely if likely > out else 0.0
+            if i == 0 and likely > 1.0 - SURE:
                 parts.append(space.interval(columns, k))
-            else:
-                parts.append(_credible(particles.clearance[:, k], np.where(rows, weight, 0.0)))
+            if held > 0 and not (i == 0 and agreeing):
+                of_kind = np.where(mine, weight, 0.0)
+                parts.append(_credible(particles.clearance[:, k], of_kind, held))
         found[k] = min(low for low, _ in parts), max(high for _, high in parts)
     return found, False
 
 
-def exact_share(particles: Particles, weight: FloatArray) -> float:
-    """Posterior probability that distances are exact."""
-    return float(weight[particles.sigma == 0].sum() / weight.sum())
+def sharp_share(particles: Particles, weight: FloatArray) -> float:
+    """Posterior probability that answers are sharp and distances exact."""
+    return float(weight[particles.kind == SHARP].sum() / weight.sum())
 
 
 def is_shared(particles: Particles) -> BoolArray:
@@ -73,17 +87,21 @@ def is_shared(particles: Particles) -> BoolArray:
     return np.asarray((high == low) | (low == np.inf))
 
 
-def together(particles: Particles, weight: FloatArray) -> FloatArray:
-    """The weights, those of one clearance for all classes alone where that is probably so."""
+def together(particles: Particles, weight: FloatArray, sure: float = 0.5) -> FloatArray:
+    """The weights, those of one clearance for all classes alone where that is so probable."""
     one = np.where(is_shared(particles), weight, 0.0)
-    return one if one.sum() >= 0.5 * weight.sum() else weight
+    return one if one.sum() >= sure * weight.sum() else weight
 
 
-def _credible(values: FloatArray, weight: FloatArray) -> Ends:
-    """Central 95 % of weighted values."""
+def _credible(values: FloatArray, weight: FloatArray, held: float) -> Ends:
+    """The shortest interval that holds a share of weighted values."""
     rows = np.flatnonzero(weight > 0)
     order = rows[np.argsort(values[rows], kind="stable")]
-    total = np.cumsum(weight[order]) / weight[order].sum()
-    low, high = np.searchsorted(total, (0.025, 0.975))
-    last = len(order) - 1
-    return float(values[order[min(low, last)]]), float(values[order[min(high, last)]])
+    ranked, share = values[order], weight[order] / weight[order].sum()
+    total = np.cumsum(share)
+    # From every value, as far as that share of the weight reaches.
+    first = np.searchsorted(total, total[-1] - held, side="right") + 1
+    last = np.searchsorted(total, total[:first] - share[:first] + held - 1e-12)
+    last = np.minimum(last, len(ranked) - 1)
+    best = int(np.argmin(ranked[last] - ranked[:first]))
+    return float(ranked[best]), float(ranked[last[best]])

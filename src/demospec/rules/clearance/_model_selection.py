@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from demospec.frames import FloatArray
+from demospec.rules.clearance._answers import Answers
 from demospec.rules.clearance._likelihood import ClearancePrior, log_sum, shared_evidence
 from demospec.rules.clearance._version_space import BoolArray
 
@@ -32,9 +33,8 @@ def nearest_of(members: BoolArray, nearest: FloatArray) -> FloatArray:
 
 def likely_subsets(
     nearest: FloatArray,
-    valid: BoolArray,
+    answers: Answers,
     prior: ClearancePrior,
-    table: FloatArray,
     log_inclusion: float,
 ) -> tuple[BoolArray, bool]:
     """Subsets worth weighing, and whether they are all there are.
@@ -45,10 +45,9 @@ def likely_subsets(
     change no likelihood.
 
     Args:
-        nearest: (n, K).
-        valid: (n,).
+        nearest: (N, K).
+        answers: Of the N rows.
         prior: Of a clearance.
-        table: As in `shared_evidence`.
         log_inclusion: Log of the prior odds that a class matters.
     """
     count = nearest.shape[1]
@@ -67,7 +66,7 @@ def likely_subsets(
             return
         stacked = np.stack(list(fresh.values()))
         near = prior.share(nearest_of(stacked, nearest))
-        mass, _, _ = shared_evidence(near, valid, table)
+        mass, _, _ = shared_evidence(near, answers)
         for name, row, values in zip(fresh, stacked, mass, strict=True):
             found[name] = row
             scores[name] = log_sum(values) + log_inclusion * int(row.sum())

@@ -13,8 +13,9 @@ import numpy as np
 
 from demospec.frames import FloatArray
 from demospec.rules.clearance._hierarchical_prior import in_company
-from demospec.rules.clearance._likelihood import Particles, log_sum
+from demospec.rules.clearance._likelihood import POSITION, Particles, log_sum
 from demospec.rules.clearance._posterior import NOISES, Weighed, thinned
+from demospec.rules.clearance._version_space import BoolArray
 
 _FAINT = 1e-4
 """No person's labels make a size of error less likely than this to the others: labels can be
@@ -46,7 +47,7 @@ def of_everybody(people: Mapping[str, Weighed]) -> dict[str, Particles]:
 
 def _of_errors(particles: Particles, unit: float) -> FloatArray:
     """(1 + sizes,) log posterior of no error and of every size of error."""
-    masses = [log_sum(particles.log_weight[particles.sigma == s]) for s in _sizes(unit)]
+    masses = [log_sum(particles.log_weight[mine]) for mine in _by_size(particles, unit)]
     log_mass = np.array(masses) - log_sum(np.array(masses))
     return np.asarray(np.maximum(log_mass, np.log(_FAINT)))
 
@@ -54,10 +55,12 @@ def _of_errors(particles: Particles, unit: float) -> FloatArray:
 def _with_errors(particles: Particles, gain: FloatArray, unit: float) -> Particles:
     """The posterior with the log odds of every size of error raised by `gain`."""
     moved = particles.log_weight.copy()
-    for size, more in zip(_sizes(unit), gain, strict=True):
-        moved[particles.sigma == size] += more
-    return Particles(moved - log_sum(moved), particles.clearance, particles.sigma)
+    for mine, more in zip(_by_size(particles, unit), gain, strict=True):
+        moved[mine] += more
+    return particles.weighed(moved).normalised
 
 
-def _sizes(unit: float) -> list[float]:
-    return [0.0, *(sigma * unit for sigma, _ in NOISES)]
+def _by_size(particles: Particles, unit: float) -> list[BoolArray]:
+    """Which particles say that lists are exact, and which that they are off by each size."""
+    off = particles.kind == POSITION
+    return [~off, *(off & (particles.sigma == sigma * unit) for sigma, _ in NOISES)]

@@ -1,8 +1,8 @@
-"""Distances measured with error: of every demonstration on its own, or of every object.
+"""Acceptance that rises over a width: a soft person, or distances measured with error.
 
-Errors are first taken for independent, which needs no more than the distances. Where they are
+Errors of distance are first taken for independent, and so look like a soft person. Where they are
 then likely enough to matter, they are taken for what they are: an object's position is wrong,
-for all demonstrations past it alike (`_clearance_offsets`).
+for all demonstrations past it alike (`_offsets`).
 """
 
 from __future__ import annotations
@@ -14,13 +14,14 @@ from functools import partial
 import numpy as np
 
 from demospec.frames import FloatArray
+from demospec.rules.clearance._answers import Answers
 from demospec.rules.clearance._encounters import Passes
 from demospec.rules.clearance._likelihood import (
+    POSITION,
     ClearancePrior,
     Noise,
     Particles,
     log_sum,
-    noisy_labels,
 )
 from demospec.rules.clearance._model_selection import nearest_of
 from demospec.rules.clearance._offsets import DRAWS, offset_labels
@@ -34,6 +35,7 @@ _RIVALS = 9.0
 
 _REACH = 10.0  # hundredths of the table about the likeliest clearance
 _CELLS = 80
+_PIECES = 4
 _COARSE = 4  # cells taken together at first
 _FEW = 20
 """Fewer demonstrations leave the clearance open: a rough look would be made for nothing."""
@@ -52,11 +54,13 @@ class Model:
         member: (K,) classes that matter.
         particles: Weighed by their likelihood and the prior of what differs between them.
         log_prior: Of the model.
+        shared: Whether the classes share one clearance.
     """
 
     member: BoolArray
     particles: Particles
     log_prior: float
+    shared: bool = True
 
     @property
     def weighed(self) -> Particles:
@@ -79,36 +83,38 @@ class Errors:
     start: float
     unit: float
 
-    def independent(self, member: BoolArray, near: FloatArray, valid: BoolArray) -> Particles:
-        """One clearance for some classes; every demonstration's distance has its own error.
+    def independent(self, member: BoolArray, near: FloatArray, answers: Answers) -> Particles:
+        """One clearance for some classes; every answer has an error of its own.
 
         Args:
-            near: (n,) nearest approach to any of the classes.
+            near: (N,) nearest approach to any of the classes.
         """
 
         def labels(clearance: FloatArray, noise: Noise) -> list[FloatArray]:
             gap = near[None, :] - clearance[:, None]
-            return noisy_labels(gap, valid, noise.sigma, noise.rates)
+            return answers.log_likelihood(gap, noise.sigma, noise.rates)
 
-        return self._grid(member, labels)
+        return self._grid(member, labels, self.noises)
 
     def of_objects(
         self,
         models: Sequence[Model],
         nearest: FloatArray,
-        valid: BoolArray,
+        answers: Answers,
         passes: Callable[[], Passes],
     ) -> list[Model]:
-        """The same models, with independent errors replaced by errors of the objects.
+        """The same models, with independent errors of position replaced by those of the objects.
 
         Models with one clearance each are weighed by what the replacement does to those of the
         same classes with one for all: the sum over errors is only made for the latter.
         """
+        valid = answers.valid
         if valid.all():  # nothing is known to matter, wherever the objects stand
             return list(models)
         everything = Particles.joined([model.weighed for model in models])
         most = log_sum(everything.log_weight)
-        if log_sum(everything.log_weight[everything.sigma > 0]) - most < np.log(NOTICED):
+        off = everything.kind == POSITION
+        if log_sum(everything.log_weight[off]) - most < np.log(NOTICED):
             return list(models)
         out = []
         seen = passes()
@@ -116,19 +122,23 @@ class Errors:
         for model in models:
             part, member = model.particles, model.member
             likely = log_sum(part.log_weight) + model.log_prior > most - _RIVALS
-            if not likely or not part.sigma.any():
+            mine = part.kind == POSITION
+            if not likely or not mine.any():
                 out.append(model)
                 continue
             if member.tobytes() not in grids:
                 near = nearest_of(member[None], nearest)[0]
-                before = self.independent(member, near, valid)
+                before = self.independent(member, near, answers)
                 grids[member.tobytes()] = before, self._by_objects(member, valid, seen)
             before, after = grids[member.tobytes()]
-            if not part.sigma.all():  # one clearance each, with errors and without
+            if model.shared:
+                after = Particles.joined([part.rows(~mine), after])
+            else:
                 weight = part.log_weight.copy()
-                for size in (noise.sigma for noise in self.noises):
-                    weight[part.sigma == size] += _mass(after, size) - _mass(before, size)
-                after = replace(part, log_weight=weight)
+                for size in (noise.sigma for noise in self._of_position):
+                    change = _mass(after, size) - _mass(before, size)
+                    weight[mine & (part.sigma == size)] += change
+                after = part.weighed(weight)
             out.append(replace(model, particles=after))
         return out
 
@@ -142,26 +152,36 @@ class Errors:
         def labels(clearance: FloatArray, noise: Noise, count: int = DRAWS) -> list[FloatArray]:
             return offset_labels(passes, valid, member, clearance, noise.sigma, noise.rates, count)
 
+        noises = self._of_position
         if not member.any() or len(valid) < _FEW:
-            return self._grid(member, labels)
+            return self._grid(member, labels, noises)
         edges = self._edges()
-        parts = [self._on(member, edges[::_COARSE], labels, noise) for noise in self.noises]
+        parts = [self._on(member, edges[::_COARSE], labels, noise) for noise in noises]
         most = log_sum(np.concatenate([part.log_weight for part in parts]))
-        for i, noise in enumerate(self.noises):
-            rough = parts[i].log_weight.reshape(len(noise.rates), -1).max(axis=0)
+        for i, noise in enumerate(noises):
+            rough = parts[i].log_weight
             if log_sum(rough) < most + np.log(_FAINT_SIZE):
                 continue
-            likely = np.flatnonzero(rough > rough.max() + np.log(_FAINT_CELL))
+            likely = np.flatnonzero(rough > rough.max() + np.log(_FAINT_CELL)) // _PIECES
             low = _COARSE * max(int(likely[0]) - 1, 0)
             fine = edges[low : _COARSE * (int(likely[-1]) + 2) + 1]
             draws = DRAWS * max(_CELLS // (len(fine) - 1), 1)
             parts[i] = self._on(member, fine, partial(labels, count=draws), noise)
         return Particles.joined(parts)
 
-    def _grid(self, member: BoolArray, labels: Labels) -> Particles:
+    @property
+    def _of_position(self) -> tuple[Noise, ...]:
+        """The sizes of error that lists of objects may have."""
+        return tuple(
+            replace(noise, priors={POSITION: noise.priors[POSITION]})
+            for noise in self.noises
+            if POSITION in noise.priors
+        )
+
+    def _grid(self, member: BoolArray, labels: Labels, noises: Sequence[Noise]) -> Particles:
         """One shared clearance: a grid about the likeliest."""
         edges = self._edges()
-        return Particles.joined([self._on(member, edges, labels, noise) for noise in self.noises])
+        return Particles.joined([self._on(member, edges, labels, noise) for noise in noises])
 
     def _edges(self) -> FloatArray:
         """Of the grid's cells."""
@@ -176,11 +196,19 @@ class Errors:
             log_width = np.log(np.diff(self.prior.share(edges)) + 1e-300)
         else:
             middle, log_width = np.array([self.prior.floor]), np.zeros(1)
+        cases = zip(labels(middle, noise), noise.log_rates, strict=True)
+        log_p = np.logaddexp.reduce([weight + case for weight, case in cases])
+        if len(middle) > 1:  # every cell in pieces: a clearance lies anywhere in its cell
+            pieces = edges[0] + (np.arange(_PIECES * len(middle)) + 0.5) * (
+                (edges[-1] - edges[0]) / (_PIECES * len(middle))
+            )
+            log_p = np.interp(pieces, middle, log_p) - np.log(_PIECES)
+            middle, log_width = pieces, np.repeat(log_width, _PIECES)
         clearance = np.where(member, middle[:, None], -np.inf)
         return Particles.joined(
             [
-                Particles(weight + case + log_width, clearance, np.full(len(middle), noise.sigma))
-                for weight, case in zip(labels(middle, noise), noise.log_prior, strict=True)
+                Particles.of(log_p + log_width + prior, clearance, noise.sigma, kind)
+                for kind, prior in noise.priors.items()
             ]
         )
 
@@ -191,5 +219,6 @@ Labels = Callable[[FloatArray, Noise], list[FloatArray]]
 
 
 def _mass(particles: Particles, sigma: float) -> float:
-    """Log of the weight with one size of error."""
-    return log_sum(particles.log_weight[particles.sigma == sigma])
+    """Log of the weight with one size of position error."""
+    mine = (particles.sigma == sigma) & (particles.kind == POSITION)
+    return log_sum(particles.log_weight[mine])

@@ -1,7 +1,8 @@
-"""All clearance models weighed by how well they explain the labels: the posterior.
+"""All clearance models weighed by how well they explain the answers: the posterior.
 
-Models are a subset of the classes, one clearance for all of them or one for each, and exact or
-erroneous distances. The priors are here, each with its reason.
+Models are a subset of the classes, one clearance for all of them or one for each, and a kind of
+response: sharp, soft, strict, or about objects that stand elsewhere. The priors are here, each
+with its reason.
 """
 
 from __future__ import annotations
@@ -15,18 +16,21 @@ import numpy as np
 
 from demospec.frames import FloatArray
 from demospec.rules._evidence import Evidence
+from demospec.rules.clearance._answers import Answers
 from demospec.rules.clearance._encounters import Passes
 from demospec.rules.clearance._likelihood import (
+    POSITION,
+    SOFT,
     ClearancePrior,
     Noise,
     Particles,
-    log_label_evidence,
     log_sum,
     shared_evidence,
 )
 from demospec.rules.clearance._model_selection import likely_subsets, nearest_of
 from demospec.rules.clearance._position_errors import Errors, Model
-from demospec.rules.clearance._separate_clearances import separate_particles
+from demospec.rules.clearance._separate_clearances import Responses, separate_particles
+from demospec.rules.clearance._strict import strict_shared
 from demospec.rules.clearance._version_space import BoolArray, ClearanceSpace
 
 Sharing = Literal["average", "shared", "separate"]
@@ -43,13 +47,19 @@ SPREAD = 5.0
 SPREAD_FROM_CENTER = 15.0
 """Half of the prior mass of a clearance lies below this, in hundredths of the table."""
 
-SEPARATE = 0.1
+SEPARATE = 0.2
 """Prior probability that every class has a clearance of its own."""
 
-NOISES = ((1.0, 0.1), (2.0, 0.1), (4.0, 0.1))
+NOISES = ((1.0, 0.06), (2.0, 0.06), (4.0, 0.06))
 """Distance errors (in hundredths of the table) with their prior; the rest is no error."""
 
-_RATES = ((0.002, 0.7), (0.03, 0.3))  # wrong labels beside distance errors
+WIDTHS = ((0.25, 0.03), (0.5, 0.03), (1.0, 0.03), (2.0, 0.03), (4.0, 0.03))
+"""Widths over which the acceptance of a soft person rises, in the same way."""
+
+ZONES = ((0.8, 0.025), (1.4, 0.025), (2.2, 0.025), (3.5, 0.025))
+"""How far beyond the threshold a strict person rejects some paths, in the same way."""
+
+_RATES = ((0.002, 0.6), (0.03, 0.25), (0.1, 0.15))  # wrong labels beside a width
 _CLOSER_LOOK = 8  # subsets that get the costlier models
 _MOST_PARTICLES = 400
 _MOST_KEPT = 200  # subsets in the posterior
@@ -90,42 +100,34 @@ def weigh(
         floor, reach: Least and greatest clearance; by default 0, and just beyond the largest
             distance, so that a rejection there can still be explained.
     """
-    d, ok, unit = own.values, own.valid, own.unit
+    d, unit, answers = own.values, own.unit, Answers.of(own.valid, own.score)
     top = float(d[np.isfinite(d)].max(initial=floor)) if reach is None else float(reach)
     top = max(top, floor) + SPREAD * unit if reach is None else max(top, floor + unit)
-    table = log_label_evidence(len(ok))
     spread = (SPREAD if own.distance == "footprint" else SPREAD_FROM_CENTER) * unit
     prior = ClearancePrior(floor, top, spread)
-    members, exact = likely_subsets(d, ok, prior, table, log(INCLUSION))
+    members, exact = likely_subsets(d, answers, prior, log(INCLUSION))
     encounters = own.encounters if by_objects else None
-    particles = posterior(d, ok, members, prior, table, sharing, unit, encounters)
+    particles = posterior(d, answers, members, prior, sharing, unit, encounters)
     return Weighed(own, prior, exact, particles)
 
 
 def posterior(
     d: FloatArray,
-    ok: BoolArray,
+    answers: Answers,
     members: BoolArray,
     prior: ClearancePrior,
-    table: FloatArray,
     sharing: Sharing,
     unit: float,
     passes: Callable[[], Passes] | None = None,
 ) -> Particles:
-    """All models weighed: subsets × shared or separate × distance error or none.
+    """All models weighed: subsets × shared or separate × kind of response.
 
     Distance errors are first taken for independent. Where some are then likely and `passes`
     are given, they are weighed again as errors of objects, shared by all paths past them.
     """
     sparse = log(INCLUSION) * members.sum(axis=1).astype(np.float64)
-    clean = log(1.0 - sum(p for _, p in NOISES))
-    score = sparse + _log_evidence(d, ok, members, prior, table)
+    score = sparse + _log_evidence(d, answers, members, prior)
     models: list[Model] = []
-    rates = tuple(rate for rate, _ in _RATES)
-    noises = tuple(
-        Noise(sigma * unit, rates, tuple(log(p) + log(share) for _, share in _RATES))
-        for sigma, p in NOISES
-    )
     every = np.isfinite(d).any(axis=0)  # "everything" is a short description too
     row = np.flatnonzero((members == every).all(axis=1))
     if len(row) and every.sum() > EVERYTHING:
@@ -135,40 +137,64 @@ def posterior(
     best_first = np.argsort(-score, kind="stable")
     kept = best_first[: max(int((score > score.max() - 12.0).sum()), _CLOSER_LOOK)][:_MOST_KEPT]
     near = nearest_of(members[kept], d)
-    mass, low, high = shared_evidence(prior.share(near), ok, table)
+    mass, low, high = shared_evidence(prior.share(near), answers)
     weight = np.exp(mass[0] - mass[0].max())
     start = float(weight @ prior.clearance((low[0] + high[0]) / 2) / weight.sum())
-    errors = Errors(prior, noises, start, unit)
+    responses = Responses(_noises(unit), _zones(unit, answers), log(_SHARP))
+    errors = Errors(prior, responses.noises, start, unit)
     for i, s in enumerate(kept.tolist()):
         share = _share_prior(sharing, bool(members[s].sum() <= 1))
         if share == -np.inf:
             continue
-        part = _hard(members[s], mass[i], low[i], high[i], prior)
-        models.append(Model(members[s], part, sparse[s] + clean + share))
+        member = members[s]
+        parts = [_hard(member, mass[i], low[i], high[i], prior).scaled(responses.sharp)]
         if i < _CLOSER_LOOK:
-            part = errors.independent(members[s], near[i], ok)
-            models.append(Model(members[s], part, sparse[s] + share))
+            parts.append(errors.independent(member, near[i], answers))
+            if member.any():
+                parts += [
+                    strict_shared(member, near[i], answers, prior, width).scaled(log_p)
+                    for width, log_p in responses.zones
+                ]
+        models.append(Model(member, Particles.joined(parts), sparse[s] + share))
     if sharing != "shared":
         split = log(SEPARATE) if sharing == "average" else 0.0
-        for s in _split_candidates(d, ok, members, score, prior.floor):
+        for s in _split_candidates(d, answers.valid, members, score, prior.floor):
             chosen = np.flatnonzero(members[s]).tolist()
-            part = separate_particles(d, ok, chosen, prior, table, noises, clean, start)
-            models.append(Model(members[s], part, sparse[s] + split))
-    if passes is not None:
-        models = errors.of_objects(models, d, ok, passes)
-    joined = Particles.joined([model.weighed for model in models])
-    return joined.scaled(-log_sum(joined.log_weight))
+            part = separate_particles(d, answers, chosen, prior, responses, start)
+            models.append(Model(members[s], part, sparse[s] + split, shared=False))
+    if passes is not None and answers.plain:
+        models = errors.of_objects(models, d, answers, passes)
+    return Particles.joined([model.weighed for model in models]).normalised
+
+
+_SHARP = 1.0 - sum(p for table in (NOISES, WIDTHS, ZONES) for _, p in table)
+
+
+def _noises(unit: float) -> tuple[Noise, ...]:
+    """Every width with its priors: as a soft person's, as an error of position, or as both."""
+    priors: dict[float, dict[int, float]] = {}
+    for kind, table in ((SOFT, WIDTHS), (POSITION, NOISES)):
+        for width, p in table:
+            priors.setdefault(width, {})[kind] = log(p)
+    rates, shares = zip(*_RATES, strict=True)
+    log_rates = tuple(log(share) for share in shares)
+    return tuple(Noise(w * unit, rates, log_rates, priors[w]) for w in sorted(priors))
+
+
+def _zones(unit: float, answers: Answers) -> tuple[tuple[float, float], ...]:
+    """Every zone of a strict person with its log prior; none where a pair was asked for."""
+    return () if answers.pairs else tuple((w * unit, log(p)) for w, p in ZONES)
 
 
 def _log_evidence(
-    d: FloatArray, ok: BoolArray, members: BoolArray, prior: ClearancePrior, table: FloatArray
+    d: FloatArray, answers: Answers, members: BoolArray, prior: ClearancePrior
 ) -> FloatArray:
     """(s,) log P(labels | subset), one clearance, exact distances; in blocks of bounded memory."""
     out = np.empty(len(members))
-    step = max(1, 500_000 // len(ok))
+    step = max(1, 500_000 // max(len(d), 1))
     for at in range(0, len(members), step):
         near = nearest_of(members[at : at + step], d)
-        mass, _, _ = shared_evidence(prior.share(near), ok, table)
+        mass, _, _ = shared_evidence(prior.share(near), answers)
         out[at : at + step] = [log_sum(row) for row in mass]
     return out
 
@@ -199,25 +225,23 @@ def _hard(
     member: BoolArray, mass: FloatArray, low: FloatArray, high: FloatArray, prior: ClearancePrior
 ) -> Particles:
     if not member.any():
-        return Particles(np.array([log_sum(mass)]), np.full((1, len(member)), -np.inf), np.zeros(1))
+        return Particles.of(np.array([log_sum(mass)]), np.full((1, len(member)), -np.inf))
     keep = mass > mass.max() - 12.0
     # Every interval in pieces, so that a wide one fades from one verdict to the other.
     piece = (np.arange(_PIECES) + 0.5) / _PIECES
     middle = prior.clearance((low[keep, None] + (high - low)[keep, None] * piece).ravel())
     clearance = np.where(member, middle[:, None], -np.inf)
-    return Particles(
-        np.repeat(mass[keep] - log(_PIECES), _PIECES), clearance, np.zeros(len(middle))
-    )
+    return Particles.of(np.repeat(mass[keep] - log(_PIECES), _PIECES), clearance)
 
 
 def thinned(particles: Particles) -> Particles:
     """The same posterior with at most `_MOST_PARTICLES`, evenly resampled beyond that."""
-    weight = np.exp(particles.log_weight)
-    keep = np.flatnonzero(weight > 1e-7 * weight.max())
+    weight = np.exp(particles.log_weight - particles.log_weight.max(initial=-np.inf))
+    keep = np.flatnonzero(weight > 1e-7)
     weight = weight[keep] / weight[keep].sum()
     if len(keep) > _MOST_PARTICLES:
         at = (np.arange(_MOST_PARTICLES) + 0.5) / _MOST_PARTICLES
         drawn = np.searchsorted(np.cumsum(weight), at * weight.sum())
         rows, counts = np.unique(np.clip(drawn, 0, len(keep) - 1), return_counts=True)
         keep, weight = keep[rows], counts / counts.sum()
-    return Particles(np.log(weight), particles.clearance[keep], particles.sigma[keep])
+    return particles.rows(keep).weighed(np.log(weight))

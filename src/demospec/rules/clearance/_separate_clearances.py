@@ -13,19 +13,23 @@ about those.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from demospec.frames import FloatArray
+from demospec.rules.clearance._answers import Answers
 from demospec.rules.clearance._likelihood import (
+    STRICT,
     ClearancePrior,
     Noise,
     Particles,
+    label_evidence,
     log_sum,
     margins,
-    noisy_labels,
     shared_evidence,
 )
+from demospec.rules.clearance._strict import strict_labels
 from demospec.rules.clearance._version_space import BoolArray
 
 _POINTS = 320
@@ -33,26 +37,37 @@ _ROUNDS = 4
 _PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53)
 
 
+@dataclass(frozen=True)
+class Responses:
+    """The ways to answer that are weighed.
+
+    Args:
+        noises: Widths over which acceptance rises.
+        zones: Widths of a strict person's zone, each with its log prior.
+        sharp: Log prior of a sharp person.
+    """
+
+    noises: tuple[Noise, ...] = ()
+    zones: tuple[tuple[float, float], ...] = ()
+    sharp: float = 0.0
+
+
 def separate_particles(
     nearest: FloatArray,
-    valid: BoolArray,
+    answers: Answers,
     subset: Sequence[int],
     prior: ClearancePrior,
-    table: FloatArray,
-    noises: Sequence[Noise],
-    clean: float,
+    responses: Responses,
     start: float,
 ) -> Particles:
     """Posterior particles of the clearances of one subset, one for each class in it.
 
     Args:
-        nearest: (n, K).
-        valid: (n,).
+        nearest: (N, K).
+        answers: Of the N rows.
         subset: Columns that matter, at least one.
         prior: Of every clearance.
-        table: As in `shared_evidence`.
-        noises: Distance errors to weigh, beside none at all.
-        clean: Log prior of no error.
+        responses: Ways to answer, to weigh.
         start: A clearance to begin from.
 
     Returns:
@@ -61,49 +76,57 @@ def separate_particles(
     columns = list(subset)
     near = nearest[:, columns]
     shares = prior.share(near)
-    smear = 3 * max((noise.sigma for noise in noises), default=0.0)
+    smear = 3 * max((noise.sigma for noise in responses.noises), default=0.0)
     begin = np.full(len(columns), float(prior.share(np.array(start))))
-    begin = _settled(shares, valid, begin, table)
-    drawn, log_q = _proposed(shares, valid, begin, prior, table, smear)
+    begin = _settled(shares, answers, begin)
+    drawn, log_q = _proposed(shares, answers, begin, prior, smear)
     points = prior.clearance(drawn)
     gap = margins(near, points)
     # The largest clearances that every accepted demonstration keeps explain most rejections.
-    largest = shares[valid].min(axis=0, initial=1.0)
+    valid = answers.valid
+    largest = shares[: len(valid)][valid].min(axis=0, initial=1.0)
     can = _agree(margins(near, prior.clearance(largest[None])), valid)
     if can and not _agree(gap, valid):
-        again = _settled(shares, valid, largest, table)
-        drawn, log_more = _proposed(shares, valid, again, prior, table, smear)
+        again = _settled(shares, answers, largest)
+        drawn, log_more = _proposed(shares, answers, again, prior, smear)
         more = prior.clearance(drawn)
         points, log_q = np.concatenate([points, more]), np.concatenate([log_q, log_more])
         gap = np.concatenate([gap, margins(near, more)])
-    count = len(points)
-    log_prior = -log_q - np.log(count)
-    clearance = np.full((count, nearest.shape[1]), -np.inf)
+    log_prior = -log_q - np.log(len(points))
+    clearance = np.full((len(points), nearest.shape[1]), -np.inf)
     clearance[:, columns] = points
-    none = table[((gap >= 0) != valid).sum(axis=1)]
-    parts = [Particles(log_prior + none + clean, clearance, np.zeros(count))]
-    for noise in noises:
-        likelihoods = noisy_labels(gap, valid, noise.sigma, noise.rates)
-        for likelihood, log_case in zip(likelihoods, noise.log_prior, strict=True):
-            weight = log_prior + likelihood + log_case
-            parts.append(Particles(weight, clearance, np.full(count, noise.sigma)))
+    wrong, total = answers.contradictions(gap >= 0)
+    none = label_evidence(wrong, total) + (answers.weight - total) * np.log(0.5)
+    parts = [Particles.of(log_prior + none + responses.sharp, clearance)]
+    for noise in responses.noises:
+        cases = zip(
+            answers.log_likelihood(gap, noise.sigma, noise.rates), noise.log_rates, strict=True
+        )
+        log_p = np.logaddexp.reduce([weight + case for weight, case in cases]) + log_prior
+        parts += [
+            Particles.of(log_p + share, clearance, noise.sigma, kind)
+            for kind, share in noise.priors.items()
+        ]
+    for width, share in responses.zones:
+        log_p, refused = strict_labels(gap, answers, width)
+        parts.append(
+            Particles.of(log_p + log_prior + share, clearance, 0.0, STRICT, width, refused)
+        )
     return Particles.joined(parts)
 
 
 def _agree(gap: FloatArray, valid: BoolArray) -> bool:
     """Whether any of some clearances, with margins (m, n), agree with every label."""
-    return bool(((gap >= 0) == valid).all(axis=1).any())
+    return bool(((gap[:, : len(valid)] >= 0) == valid).all(axis=1).any())
 
 
-def _settled(
-    shares: FloatArray, valid: BoolArray, current: FloatArray, table: FloatArray
-) -> FloatArray:
+def _settled(shares: FloatArray, answers: Answers, current: FloatArray) -> FloatArray:
     """Each clearance in turn moved to its mean given the others, some rounds."""
     current = current.copy()
     for _ in range(_ROUNDS):
         before = current.copy()
         for j in range(len(current)):
-            mass, low, high = _conditional(shares, valid, current, j, table)
+            mass, low, high = _conditional(shares, answers, current, j)
             weight = np.exp(mass - mass.max())
             current[j] = float((weight * (low + high) / 2).sum() / weight.sum())
         if np.array_equal(before, current):
@@ -113,17 +136,16 @@ def _settled(
 
 def _proposed(
     shares: FloatArray,
-    valid: BoolArray,
+    answers: Answers,
     current: FloatArray,
     prior: ClearancePrior,
-    table: FloatArray,
     smear: float,
 ) -> tuple[FloatArray, FloatArray]:
     """(`_POINTS`, classes) prior shares about a good point, and the log density there."""
     drawn = np.empty((_POINTS, len(current)))
     log_q = np.zeros(_POINTS)
     for j in range(len(current)):
-        mass, low, high = _conditional(shares, valid, current, j, table)
+        mass, low, high = _conditional(shares, answers, current, j)
         center = prior.clearance(current[j])
         around = prior.share(np.array([center - smear, center + smear]))
         drawn[:, j], part = _draw(mass, low, high, _halton(_PRIMES[j % len(_PRIMES)]), around)
@@ -132,22 +154,16 @@ def _proposed(
 
 
 def _conditional(
-    near: FloatArray,
-    valid: BoolArray,
-    current: FloatArray,
-    j: int,
-    table: FloatArray,
+    near: FloatArray, answers: Answers, current: FloatArray, j: int
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Posterior of clearance j with the others held: log mass, low and high of intervals."""
     kept = np.ones(len(near), dtype=bool)
     for i in range(near.shape[1]):
         if i != j:
             kept &= near[:, i] >= current[i]
-    # What another class already rejects is rejected whatever c_j is.
-    always = int((valid & ~kept).sum())
-    mass, low, high = shared_evidence(
-        near[kept, j][None], valid[kept], table[always : always + kept.sum() + 1]
-    )
+    # What another class already rejects is rejected whatever c_j is: as if nearer than any c_j.
+    column = np.where(kept, near[:, j], 0.0)
+    mass, low, high = shared_evidence(column[None], answers)
     return mass[0], low[0], high[0]
 
 
