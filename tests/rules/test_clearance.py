@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from demospec.errors import InputError
 from demospec.rules import fit_clearance, nearest_approach
+from demospec.rules.clearance._answers import Answers
 from demospec.rules.clearance._likelihood import (
     ClearancePrior,
     log_label_evidence,
@@ -90,7 +91,7 @@ def test_shared_evidence_is_the_integral() -> None:
     prior = ClearancePrior(0.0, 10.0, 5.0)
     members = every_subset(3)
     table = log_label_evidence(12)
-    mass, _, _ = shared_evidence(prior.share(nearest_of(members, d)), valid, table)
+    mass, _, _ = shared_evidence(prior.share(nearest_of(members, d)), Answers.of(valid))
     u = (np.arange(200_000) + 0.5) / 200_000
     for row, member in enumerate(members):
         near = d[:, member].min(axis=1, initial=np.inf)

@@ -6,14 +6,15 @@ import numpy as np
 import pytest
 
 from demospec.rules import fit_clearance
+from demospec.rules.clearance._answers import Answers
 from demospec.rules.clearance._estimate import point_answer
 from demospec.rules.clearance._likelihood import (
+    POSITION,
     ClearancePrior,
     Particles,
-    log_label_evidence,
     margins,
 )
-from demospec.rules.clearance._separate_clearances import separate_particles
+from demospec.rules.clearance._separate_clearances import Responses, separate_particles
 from demospec.rules.clearance._version_space import ClearanceSpace
 
 
@@ -46,9 +47,7 @@ def test_clearances_that_agree_are_drawn_where_no_single_step_leads_to_them() ->
     space = ClearanceSpace.of(d, valid)
     prior = ClearancePrior(0.0, 30.0, 5.0)
     assert space.allows([2, 3])
-    drawn = separate_particles(
-        d, valid, [2, 3], prior, log_label_evidence(len(valid)), (), 0.0, start=21.3
-    )
+    drawn = separate_particles(d, Answers.of(valid), [2, 3], prior, Responses(), start=21.3)
     agrees = ((margins(d, drawn.clearance) >= 0) == valid).all(axis=1)
     assert agrees.sum() > 100
 
@@ -67,7 +66,7 @@ def test_a_rejection_between_two_explanations_is_explained_by_one() -> None:
     valid = np.array([False, True, True, False, False])
     space = ClearanceSpace.of(nearest, valid)
     clearance = np.array([[6.0, 1.5], [1.5, 6.0]])
-    particles = Particles(np.log([0.5, 0.5]), clearance, np.zeros(2))
+    particles = Particles.of(np.log([0.5, 0.5]), clearance)
     assert clearance.mean(axis=0).max() < 4.0
     point = point_answer(particles, space, nearest, valid, trusted=True)
     assert point.exact
@@ -78,7 +77,7 @@ def test_a_rejection_between_two_explanations_is_explained_by_one() -> None:
 def test_nothing_is_raised_where_the_mean_agrees() -> None:
     nearest, valid = np.array([[9.0], [1.0]]), np.array([True, False])
     space = ClearanceSpace.of(nearest, valid)
-    particles = Particles(np.log([0.5, 0.5]), np.array([[3.0], [5.0]]), np.zeros(2))
+    particles = Particles.of(np.log([0.5, 0.5]), np.array([[3.0], [5.0]]))
     point = point_answer(particles, space, nearest, valid, trusted=True)
     assert point.clearance.tolist() == [4.0]
 
@@ -93,5 +92,7 @@ def test_distances_that_are_probably_wrong_need_not_be_met() -> None:
     """Three in four say that distances carry error: agreement of the rest is luck."""
     nearest, valid = np.array([[9.0], [3.0], [2.0]]), np.array([True, False, True])
     space = ClearanceSpace.of(np.vstack([nearest[:2], [[20.0]]]), valid)
-    particles = Particles(np.log([0.25, 0.75]), np.array([[5.0], [1.0]]), np.array([0.0, 2.0]))
+    sharp = Particles.of(np.log([0.25]), np.array([[5.0]]))
+    off = Particles.of(np.log([0.75]), np.array([[1.0]]), 2.0, POSITION)
+    particles = Particles.joined([sharp, off])
     assert point_answer(particles, space, nearest, valid, trusted=False).clearance[0] < 3.0

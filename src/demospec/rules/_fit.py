@@ -12,6 +12,7 @@ from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from demospec.rules._evidence import Evidence
@@ -94,6 +95,15 @@ def fit(
         else {name: thinned(one.particles) for name, one in alone.items()}
     )
     people = {name: fit_of(alone[name], together[name], trusted) for name in shown}
+    if mode == "full":
+        for name, own in shown.items():
+            wrong = people[name].contradicted
+            if 0 < len(wrong) < len(own):
+                # What was known without the contradicting labels is not known better with them.
+                rest = own.view(np.setdiff1d(np.arange(len(own)), wrong))
+                others = {**alone, name: _weighed(rest, sharing, mode, memory)}
+                apart = fit_of(others[name], of_everybody(others)[name], trusted)
+                people[name] = people[name].widened(apart.rule.interval)
     return Posterior(evidence, mode, people)
 
 
@@ -146,6 +156,9 @@ def fit_clearance(
     own = Evidence.of(
         nearest, valid, symbols, extent=100.0 * unit, distance=distance, encounters=passes
     )
+    if not others and floor == 0.0 and reach is None:
+        (found,) = fit(own, sharing=sharing, trusted=trusted).people.values()
+        return found
     alone = weigh(own, sharing=sharing, floor=floor, reach=reach)
     particles = thinned(alone.particles)
     if others:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 from demospec.frames import FloatArray
 
 BoolArray = NDArray[np.bool_]
+Real = TypeVar("Real", np.bool_, np.float64)
 
 SLOPE = 1.702
 """A logistic curve with this slope follows the normal distribution function within 0.01."""
@@ -73,7 +75,7 @@ class Answers:
         factor = np.where(self.graded, information, 1.0)
         return replace(self, accept=self.accept * factor, reject=self.reject * factor)
 
-    def split(self, rows: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def split(self, rows: NDArray[Real]) -> tuple[NDArray[Real], NDArray[Real], NDArray[Real]]:
         """(…, N) → those of the paths, of the preferred and of the others."""
         n, q = self.n, self.pairs
         return rows[..., :n], rows[..., n : n + q], rows[..., n + q :]

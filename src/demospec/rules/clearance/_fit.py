@@ -8,7 +8,7 @@ penalties: this is the rule that people state and planners take.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -63,6 +63,16 @@ class ClearanceFit:
     exact: bool
     fewest: int | None
     particles: Particles
+
+    def widened(self, interval: Mapping[str, tuple[float, float]]) -> ClearanceFit:
+        """The same fit whose intervals also hold those of another, class by class."""
+        held = {
+            symbol: (min(low, interval[symbol][0]), max(high, interval[symbol][1]))
+            if symbol in interval
+            else (low, high)
+            for symbol, (low, high) in self.rule.interval.items()
+        }
+        return replace(self, rule=replace(self.rule, interval=held))
 
     def p_valid(self, nearest: ArrayLike) -> FloatArray:
         """(n, K) nearest approaches → (n,) posterior probability that the path is acceptable."""

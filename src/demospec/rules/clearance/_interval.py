@@ -25,7 +25,7 @@ HELD = 0.98
 """Posterior probability that the interval of a soft or strict person holds. It is meant to hold in
 95 %: no person answers quite as a response does, and simulated ones were held less often."""
 
-PLAIN = 0.3
+PLAIN = 0.15
 """Posterior probability of a kind of response from which its interval is held to that."""
 
 Ends = tuple[float, float]

@@ -151,7 +151,7 @@ class Noise:
 @lru_cache(maxsize=64)
 def log_label_evidence(n: int) -> FloatArray:
     """(n + 1,) log P(answers) with x = 0 … n contradicted, the rate integrated out."""
-    return label_evidence(np.arange(n + 1), np.full(n + 1, float(n)))
+    return label_evidence(np.arange(n + 1.0), np.full(n + 1, float(n)))
 
 
 def label_evidence(wrong: FloatArray, total: FloatArray) -> FloatArray:
