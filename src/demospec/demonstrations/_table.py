@@ -37,6 +37,7 @@ def schema() -> pa.Schema:
             pa.field("valid", pa.bool_()),
             pa.field("points", pa.list_(pa.list_(pa.float64())), nullable=False),
             pa.field("t", pa.list_(pa.float64())),
+            pa.field("score", pa.float64()),
         ]
     )
 
@@ -105,16 +106,38 @@ def from_arrow(table: pa.Table, *, file: Path, columns: int, first_row: int = 0)
     points = _column(table, "points", nested, file, required=True, first_row=first_row)
     flat, offsets = _points(points, columns, file, first_row)
     stamps = _column(table, "t", pa.list_(pa.float64()), file, first_row=first_row)
+    score = _scores(_column(table, "score", pa.float64(), file, first_row=first_row), file,
+                    first_row)  # fmt: skip
+    verdict = np.where(given(valid), to_numpy(valid), -1).astype(np.int8)
+    if score is not None:
+        cut = np.where(np.isnan(score), -1, score >= 0.5).astype(np.int8)
+        verdict = np.where(verdict < 0, cut, verdict).astype(np.int8)
     return Demonstrations(
         demo_id=_text(demo_id, "demo_id", file),
         scene_id=_text(scene_id, "scene_id", file),
         type=_text(type_, "type", file),
         demonstrator=_text(demonstrator, "demonstrator", file),
-        valid=np.where(given(valid), to_numpy(valid), -1).astype(np.int8),
+        valid=verdict,
         flat=flat,
         offsets=offsets,
         t=_times(stamps, offsets, file, first_row),
+        score=score,
     )
+
+
+def _scores(column: Any, file: Path, first_row: int) -> FloatArray | None:
+    """(n,) with NaN for null; None where all are null."""
+    known = given(column)
+    if not known.any():
+        return None
+    numbers = np.where(known, to_numpy(column), np.nan).astype(np.float64)
+    wrong = known & ~((numbers >= 0.0) & (numbers <= 1.0))
+    if wrong.any():
+        row = int(np.flatnonzero(wrong)[0])
+        raise InputError(
+            "a score from 0 to 1", numbers[row], file=file, row=first_row + row, field="score"
+        )
+    return numbers
 
 
 def _column(
@@ -321,8 +344,9 @@ def to_arrow(data: Demonstrations) -> pa.Table:
             valid,
             points,
             stamps,
+            *([] if data.score is None else [pa.array(data.score, mask=np.isnan(data.score))]),
         ],
-        schema=schema(),
+        schema=schema() if data.score is not None else schema().remove(7),
     )
 
 

@@ -69,6 +69,8 @@ class Demonstration:
         demonstrator: Who showed it, or None.
         valid: Accepted, rejected, or None where nobody said.
         t: Seconds, shape (n,), or None.
+        score: How acceptable, from 0 to 1, or None. Without a verdict beside it, one half and
+            more is accepted.
     """
 
     demo_id: str
@@ -78,6 +80,7 @@ class Demonstration:
     demonstrator: str | None = None
     valid: bool | None = None
     t: FloatArray | None = None
+    score: float | None = None
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Demonstration):
@@ -85,8 +88,9 @@ class Demonstration:
         same_t = (self.t is None) == (other.t is None) and (
             self.t is None or np.array_equal(self.t, np.asarray(other.t))
         )
-        mine = (self.demo_id, self.scene_id, self.type, self.demonstrator, self.valid)
-        theirs = (other.demo_id, other.scene_id, other.type, other.demonstrator, other.valid)
+        mine, theirs = (
+            (d.demo_id, d.scene_id, d.type, d.demonstrator, d.valid, d.score) for d in (self, other)
+        )
         return mine == theirs and same_t and np.array_equal(self.points, other.points)
 
     def __hash__(self) -> int:
@@ -108,6 +112,8 @@ class Demonstrations(Sequence[Demonstration]):
         flat: (N, d) float64, the points of all paths in a row.
         offsets: (n + 1,) int64; path i is ``flat[offsets[i]:offsets[i + 1]]``.
         t: (N,) float64 with NaN where a path has no time stamps, or None where none has.
+        score: (n,) how acceptable, in [0, 1]; NaN where there is a verdict only. None where no
+            path has one.
     """
 
     def __init__(
@@ -121,6 +127,7 @@ class Demonstrations(Sequence[Demonstration]):
         flat: FloatArray,
         offsets: IntArray,
         t: FloatArray | None = None,
+        score: FloatArray | None = None,
     ) -> None:
         self.demo_id = demo_id
         self.scene_id = scene_id
@@ -130,6 +137,7 @@ class Demonstrations(Sequence[Demonstration]):
         self.flat = flat
         self.offsets = offsets
         self.t = t
+        self.score = score
 
     @classmethod
     def of(cls, items: Sequence[Demonstration], columns: int = 2) -> Demonstrations:
@@ -152,10 +160,13 @@ class Demonstrations(Sequence[Demonstration]):
             scene_id=_objects([i.scene_id for i in items]),
             type=_objects([i.type for i in items]),
             demonstrator=_objects([i.demonstrator for i in items]),
-            valid=np.array([-1 if i.valid is None else int(i.valid) for i in items], np.int8),
+            valid=np.array([_verdict(i) for i in items], np.int8),
             flat=np.concatenate([i.points for i in items]) if items else np.empty((0, columns)),
             offsets=np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
             t=t,
+            score=None
+            if all(i.score is None for i in items)
+            else np.array([np.nan if i.score is None else i.score for i in items]),
         )
 
     def __len__(self) -> int:
@@ -190,6 +201,7 @@ class Demonstrations(Sequence[Demonstration]):
             demonstrator=self.demonstrator[i],
             valid=None if self.valid[i] < 0 else bool(self.valid[i]),
             t=t,
+            score=None if self.score is None or np.isnan(self.score[i]) else float(self.score[i]),
         )
 
     def __iter__(self) -> Iterator[Demonstration]:
@@ -221,6 +233,7 @@ class Demonstrations(Sequence[Demonstration]):
             flat=self.flat[take],
             offsets=offsets,
             t=None if self.t is None else self.t[take],
+            score=None if self.score is None else self.score[index],
         )
 
 
@@ -231,6 +244,11 @@ def joined(parts: Sequence[Demonstrations]) -> Demonstrations:
     t: FloatArray | None = None
     if any(p.t is not None for p in parts):
         t = np.concatenate([np.full(len(p.flat), np.nan) if p.t is None else p.t for p in parts])
+    score: FloatArray | None = None
+    if any(p.score is not None for p in parts):
+        score = np.concatenate(
+            [np.full(len(p), np.nan) if p.score is None else p.score for p in parts]
+        )
     return Demonstrations(
         demo_id=np.concatenate([p.demo_id for p in parts]),
         scene_id=np.concatenate([p.scene_id for p in parts]),
@@ -240,7 +258,15 @@ def joined(parts: Sequence[Demonstrations]) -> Demonstrations:
         flat=np.concatenate([p.flat for p in parts]),
         offsets=np.concatenate([[0], *offsets]).astype(np.int64),
         t=t,
+        score=score,
     )
+
+
+def _verdict(item: Demonstration) -> int:
+    """1 accepted, 0 rejected, -1 not said."""
+    if item.valid is None:
+        return -1 if item.score is None else int(item.score >= 0.5)
+    return int(item.valid)
 
 
 def _objects(values: Sequence[str | None]) -> NDArray[np.object_]:

@@ -18,9 +18,8 @@ from numpy.typing import ArrayLike
 from demospec.rules._evidence import Evidence
 from demospec.rules.clearance._encounters import Passes
 from demospec.rules.clearance._fit import ClearanceFit, fit_of
-from demospec.rules.clearance._hierarchical_prior import in_company
 from demospec.rules.clearance._measure import Distance
-from demospec.rules.clearance._multi_user import of_everybody
+from demospec.rules.clearance._multi_user import in_company, of_everybody
 from demospec.rules.clearance._posterior import Sharing, Weighed, thinned, weigh
 
 Mode = Literal["full", "quick"]
@@ -66,6 +65,10 @@ class FitMemory:
         return found
 
 
+_FEW = 4
+"""Contradicting labels up to which each is left out in turn."""
+
+
 def fit(
     evidence: Evidence,
     *,
@@ -98,9 +101,15 @@ def fit(
     if mode == "full":
         for name, own in shown.items():
             wrong = people[name].contradicted
-            if 0 < len(wrong) < len(own):
-                # What was known without the contradicting labels is not known better with them.
-                rest = own.view(np.setdiff1d(np.arange(len(own)), wrong))
+            if not 0 < len(wrong) < len(own):
+                continue
+            # What is known without contradicting labels is not known better with them: without
+            # all of them, and, where they are few, without any one, which may be the last given.
+            left_out = [list(wrong)]
+            if 1 < len(wrong) <= _FEW:
+                left_out += [[row] for row in wrong]
+            for rows in left_out:
+                rest = own.view(np.setdiff1d(np.arange(len(own)), rows))
                 others = {**alone, name: _weighed(rest, sharing, mode, memory)}
                 apart = fit_of(others[name], of_everybody(others)[name], trusted)
                 people[name] = people[name].widened(apart.rule.interval)

@@ -134,7 +134,7 @@ def evidence_of(
         scene=d.scene_id[chosen],
         person=person[chosen],
         demonstrator=d.demonstrator[chosen],
-        score=np.full(len(chosen), np.nan),
+        score=np.full(len(chosen), np.nan) if d.score is None else d.score[chosen],
         error=np.repeat(np.repeat(errors, counts)[order][:, None], values.shape[1], axis=1),
         seen=seen,
         distance=distance,

@@ -16,7 +16,7 @@ def with_columns(d: Demonstrations, **changed: Any) -> Demonstrations:
     columns: dict[str, Any] = {
         "demo_id": d.demo_id, "scene_id": d.scene_id, "type": d.type,
         "demonstrator": d.demonstrator, "valid": d.valid, "flat": d.flat,
-        "offsets": d.offsets, "t": d.t,
+        "offsets": d.offsets, "t": d.t, "score": d.score,
     }  # fmt: skip
     for name, value in changed.items():
         if isinstance(value, list):
@@ -24,4 +24,7 @@ def with_columns(d: Demonstrations, **changed: Any) -> Demonstrations:
             column[:] = value
             value = column
         columns[name] = value
+    if d.score is not None and "valid" in changed and "score" not in changed:
+        # A verdict that somebody changed takes the place of the score.
+        columns["score"] = np.where(columns["valid"] == d.valid, d.score, np.nan)
     return Demonstrations(**columns)

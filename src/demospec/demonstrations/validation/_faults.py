@@ -44,6 +44,7 @@ def table_faults(
         found += [(int(i), name, "a value", "null") for i in np.flatnonzero(null)]
     found += _path_faults(data["points"], columns)
     found += _time_faults(data["t"], data["points"])
+    found += _score_faults(data["score"])
     good = np.ones(len(table), dtype=bool)
     good[[row for row, *_ in found]] = False
     found.sort(key=lambda fault: fault[0])
@@ -52,6 +53,14 @@ def table_faults(
         for row, name, expected, value in found
     ]
     return faults, good, True
+
+
+def _score_faults(column: Any) -> list[tuple[int, str, str, object]]:
+    """(row, field, expected, found) of scores that are none."""
+    numbers = column.to_numpy(zero_copy_only=False).astype(np.float64)
+    known = ~column.is_null().to_numpy(zero_copy_only=False)
+    wrong = known & ~((numbers >= 0.0) & (numbers <= 1.0))
+    return [(int(i), "score", "a score from 0 to 1", numbers[i]) for i in np.flatnonzero(wrong)]
 
 
 def _path_faults(column: Any, columns: int) -> list[tuple[int, str, str, object]]:

@@ -53,7 +53,7 @@ SEPARATE = 0.2
 NOISES = ((1.0, 0.06), (2.0, 0.06), (4.0, 0.06))
 """Distance errors (in hundredths of the table) with their prior; the rest is no error."""
 
-WIDTHS = ((0.25, 0.03), (0.5, 0.03), (1.0, 0.03), (2.0, 0.03), (4.0, 0.03))
+WIDTHS = ((0.25, 0.03), (0.5, 0.03), (1.0, 0.03), (2.0, 0.03), (4.0, 0.03), (8.0, 0.02))
 """Widths over which the acceptance of a soft person rises, in the same way."""
 
 ZONES = ((0.8, 0.025), (1.4, 0.025), (2.2, 0.025), (3.5, 0.025))
@@ -108,6 +108,9 @@ def weigh(
     members, exact = likely_subsets(d, answers, prior, log(INCLUSION))
     encounters = own.encounters if by_objects else None
     particles = posterior(d, answers, members, prior, sharing, unit, encounters)
+    if answers.graded.any():
+        answers = answers.scaled(_information(particles, d, answers))
+        particles = posterior(d, answers, members, prior, sharing, unit, encounters)
     return Weighed(own, prior, exact, particles)
 
 
@@ -166,6 +169,26 @@ def posterior(
         models = errors.of_objects(models, d, answers, passes)
     return Particles.joined([model.weighed for model in models]).normalised
 
+
+def _information(particles: Particles, d: FloatArray, answers: Answers) -> float:
+    """How many verdicts a grade is worth: how much less grades scatter than verdicts would.
+
+    Grades s about the probability p of acceptance have the variance φ p (1 − p); verdicts have
+    φ = 1. The dispersion is Pearson's, as in quasi-likelihood (Wedderburn 1974).
+    """
+    soft = np.where(particles.kind == SOFT, particles.log_weight, -np.inf)
+    weight = np.exp(soft - soft.max())
+    p = np.clip((weight / weight.sum()) @ particles.accepts(d), 1e-3, 1.0 - 1e-3)[: answers.n]
+    graded = answers.graded & (p > 0.02) & (p < 0.98)
+    if graded.sum() <= _FITTED:
+        return 1.0
+    p, s = p[graded], answers.accept[graded]
+    spread = float(((s - p) ** 2 / (p * (1.0 - p))).sum()) / (len(s) - _FITTED)
+    return float(np.clip(1.0 / max(spread, 1e-9), 1.0, _MOST_INFORMATIVE))
+
+
+_FITTED = 3  # a clearance, a width, and a class
+_MOST_INFORMATIVE = 20.0
 
 _SHARP = 1.0 - sum(p for table in (NOISES, WIDTHS, ZONES) for _, p in table)
 
