@@ -14,7 +14,7 @@ from demospec.progress import Progress, silent
 from demospec.rules._draws import drawn
 from demospec.rules._evidence import Evidence
 from demospec.rules._fit import FitMemory, Posterior, fit
-from demospec.rules._fit_to_labels import goodness_of
+from demospec.rules._fit_to_labels import conjunction_wrong, goodness_of
 from demospec.rules._goodness import Fit, with_doubt
 from demospec.rules._measurement import Measure, Passing, evidence_of
 from demospec.rules._rule_set import ANYONE, RuleSet, TypeRules
@@ -24,6 +24,7 @@ from demospec.rules.clearance._encounters import passes
 from demospec.rules.clearance._fit import ClearanceFit, fit_document
 from demospec.rules.clearance._measure import Distance, nearest_approach
 from demospec.rules.clearance._posterior import Sharing
+from demospec.rules.constraints._learned import Learned, learn_constraints
 from demospec.rules.influence._of_set import influence_answer
 from demospec.rules.influence._sentences import influence_words
 
@@ -72,6 +73,13 @@ def learn_rules(
         cluster=cluster, progress=progress,
     )  # fmt: skip
     found = fit(seen, sharing=sharing, memory=memory)
+    asked = _constraints(data, found)
+    if any(one.constraints for one in asked.values()):
+        # Where a constraint is broken, the label says nothing of distances.
+        keep = np.ones(len(seen), dtype=bool)
+        for name, one in asked.items():
+            keep[np.flatnonzero(seen.person == name)] = one.kept
+        found = fit(seen.view(keep), sharing=sharing, memory=memory)
     notes = list(seen.notes)
     notes += [
         f"no demonstration to learn from for type {name}"
@@ -81,20 +89,40 @@ def learn_rules(
     order = [name for name in (*data.types, ANYONE) if name in found.people]
     rules: dict[str, TypeRules] = {}
     for i, name in enumerate(order):
-        rules[name] = _type_rules(data, found, name, settings or {}, influence)
+        rules[name] = _type_rules(data, seen, found, name, settings or {}, influence, asked)
         progress("rules", i + 1, len(order))
     return RuleSet(rules, data.units, data.metres_per_unit, tuple(notes))
 
 
+def _constraints(data: DemonstrationSet, found: Posterior) -> dict[str, Learned]:
+    """What each person asks for besides distances: sought where distances leave labels over."""
+    out = {}
+    for name, alone in found.people.items():
+        own = found.evidence.of_person(name)
+        if not alone.contradicted or own.seen.any() or own.valid.all() or not own.valid.any():
+            continue
+        one = learn_constraints(
+            data, own.rows, own.names, own.values, own.valid, len(alone.contradicted)
+        )
+        if one.constraints and not one.kept.any():
+            continue
+        out[name] = one
+    return out
+
+
 def _type_rules(
     data: DemonstrationSet,
+    seen: Evidence,
     found: Posterior,
     name: str,
     settings: Mapping[str, Any],
     influence: bool,
+    asked: Mapping[str, Learned],
 ) -> TypeRules:
     own, fit = found.evidence.of_person(name), found.people[name]
-    valid = own.valid
+    every = seen.of_person(name)
+    beside = asked.get(name)
+    valid = every.valid
     evidence: dict[str, Any] = {
         "n": len(valid),
         "accepted": int(valid.sum()),
@@ -103,17 +131,27 @@ def _type_rules(
         "mode": found.mode,
     }
     if not fit.contradicted:
-        evidence["decided"] = decided_by(fit.rule.value, own.names, own.values, valid)
+        evidence["decided"] = decided_by(fit.rule.value, own.names, own.values, own.valid)
+    if beside is not None:
+        evidence["constraints"] = beside.document
     answer = None
     if influence:
-        answer, reason = influence_answer(data, own.rows, valid, settings)
+        answer, reason = influence_answer(data, every.rows, valid, settings)
         words = ""
         if answer is not None:
             words = influence_words(answer, data.metres_per_unit, data.units)
         evidence["influence"] = words or reason
-    tested = goodness_of(data, own, fit)
+    tested = goodness_of(data, every, fit, beside)
     rule = replace(fit.rule, draws=drawn(fit.particles, fit.symbols))
-    return TypeRules(rule, answer, type_sentence(data, fit, own, tested), evidence, tested)
+    if beside is None or not beside.constraints:
+        return TypeRules(rule, answer, type_sentence(data, fit, own, tested), evidence, tested)
+    wrong = conjunction_wrong(every, fit, beside)
+    evidence["contradicted"] = [str(every.demo_id[i]) for i in np.flatnonzero(wrong)]
+    sentence = listed([c.sentence for c in beside.constraints])
+    if fit.rule.value:
+        sentence = f"{type_sentence(data, fit, own)}; and {sentence}"
+    sentence = with_doubt(sentence, tested)
+    return TypeRules(rule, answer, sentence, evidence, tested, beside.constraints)
 
 
 def type_sentence(

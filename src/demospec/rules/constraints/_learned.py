@@ -1,0 +1,197 @@
+"""Constraints learned from labels: which, how much, and how sure."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from demospec.demonstrations import DemonstrationSet
+from demospec.frames import FloatArray
+from demospec.rules.constraints._columns import RADII, candidates, measured
+from demospec.rules.constraints._constraint import Constraint, When
+from demospec.rules.constraints._search import Found, posterior, search, settled, thresholds
+from demospec.rules.constraints._words import constraint_words
+
+MOST = 400
+"""Demonstrations that candidates are searched with; thresholds are learned from all."""
+
+_TAIL = 0.01  # of the posterior, on each side of an interval
+_FINE = 8  # radii that the best one is refined to
+
+Bools = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class Learned:
+    """What labels say of constraints.
+
+    Args:
+        constraints: Those that earn their place, with value, interval and sentence.
+        margins: (n, c) by how much each demonstration keeps them.
+        columns: (n, k) all candidates, more is safer, of the demonstrations `searched`.
+        searched: Rows that candidates were searched with.
+        document: How it was found, for the answer.
+    """
+
+    constraints: tuple[Constraint, ...]
+    margins: FloatArray
+    columns: FloatArray
+    searched: NDArray[np.int64]
+    document: dict[str, Any]
+
+    @property
+    def kept(self) -> Bools:
+        """(n,) whether all are kept."""
+        return np.asarray((self.margins >= 0).all(axis=1))
+
+
+def learn_constraints(
+    data: DemonstrationSet,
+    rows: NDArray[np.int64],
+    symbols: Sequence[str],
+    near: FloatArray,
+    valid: Bools,
+    contradicted: int,
+) -> Learned:
+    """The constraints that one person's labels speak for, beside distances.
+
+    Args:
+        rows: (n,) demonstrations of the set; `near` (n, K) are their distances to the classes
+            `symbols`, `valid` (n,) their labels.
+        contradicted: Labels that the clearance rule learned alone gets wrong.
+
+    Source:
+        None: the paper knows distances only.
+    """
+    some = np.arange(len(rows))
+    if len(some) > MOST:
+        some = np.sort(np.random.default_rng(0).permutation(len(rows))[:MOST])
+    asked = candidates(data, symbols)
+    columns = measured(data, rows[some], asked)
+    group = [c.feature for c in asked]
+    wrong = round(contradicted * len(some) / len(rows))
+    found = search(near[some], columns, valid[some], group, data.length_scale, wrong)
+    document = {
+        "candidates": int((~np.isnan(columns).any(axis=0)).sum()),
+        "search": "exact" if found.exact else "beam",
+        "gain_nats": round(found.gain, 2) if np.isfinite(found.gain) else None,
+        "searched": len(some),
+    }
+    if not found.extras:
+        return Learned((), np.empty((len(rows), 0)), columns, some, document)
+    learned, margins = _valued(data, rows, near, valid, asked, found)
+    return Learned(tuple(learned), np.stack(margins, axis=1), columns, some, document)
+
+
+def _valued(
+    data: DemonstrationSet,
+    rows: NDArray[np.int64],
+    near: FloatArray,
+    valid: Bools,
+    asked: Sequence[Constraint],
+    found: Found,
+) -> tuple[list[Constraint], list[FloatArray]]:
+    """The chosen constraints with values, from all demonstrations."""
+    model = []
+    for cut in found.model:
+        whole = (
+            near[:, list(cut.distance)].min(axis=1)
+            if cut.extra < 0
+            else measured(data, rows, [asked[cut.extra]])[:, 0]
+        )
+        model.append(replace(cut, value=whole))
+    at = settled(model, valid)
+    out, margins = [], []
+    for i, cut in enumerate(model):
+        if cut.extra < 0:
+            continue
+        rest = np.ones(len(valid), dtype=bool)
+        for j, other in enumerate(model):
+            if j != i:
+                rest &= other.value >= at[j]
+        bare, value, lows, highs, mass = _refined(
+            data, rows, valid, rest, asked[cut.extra], cut.value
+        )
+        middle, low, high = (_quantile(lows[0], highs[0], mass[0], 0.5),
+                             _mixed(lows, highs, mass, _TAIL),
+                             _mixed(lows, highs, mass, 1 - _TAIL))  # fmt: skip
+        ends = sorted((bare.sign * low, bare.sign * high))
+        chosen = replace(
+            bare,
+            value=bare.sign * min(max(middle, low), high),
+            interval=(float(ends[0]), float(ends[1])),
+            probability=round(1.0 / (1.0 + float(np.exp(-min(found.gain, 30.0)))), 4),
+        )
+        words = constraint_words(chosen, data.units, data.metres_per_unit)
+        out.append(replace(chosen, sentence=words))
+        margins.append(value - chosen.sign * chosen.value)
+    return out, margins
+
+
+def _refined(
+    data: DemonstrationSet,
+    rows: NDArray[np.int64],
+    valid: Bools,
+    rest: Bools,
+    bare: Constraint,
+    value: FloatArray,
+) -> tuple[Constraint, FloatArray, list[FloatArray], list[FloatArray], list[FloatArray]]:
+    """The constraint with its best radius, its column, and the posterior of its threshold.
+
+    Of each radius that is possible, the best first: lower and upper ends of the gaps that the
+    threshold may lie in, and their posterior.
+    """
+    tried = [(bare, value)]
+    if bare.when is not None:
+        shares = sorted({*RADII, bare.when.within / data.length_scale})
+        k = int(np.argmin([abs(s * data.length_scale - bare.when.within) for s in shares]))
+        low, high = (
+            shares[max(0, k - 1)] if k else shares[0] / 2,
+            shares[min(k + 1, len(shares) - 1)],
+        )
+        for r in np.linspace(low, high, _FINE + 2) * data.length_scale:
+            one = replace(bare, when=When(float(r), bare.when.of))
+            column = measured(data, rows, [one])[:, 0]
+            if len(thresholds(column)[0]):
+                tried.append((one, column))
+    parts = []
+    for one, column in tried:
+        ends, mass = posterior(column, valid, rest)
+        finite = np.unique(column[np.isfinite(column)])
+        before = finite[np.searchsorted(finite, ends) - 1]
+        parts.append((float(mass.sum()), one, column, before, ends, mass))
+    order = sorted(range(len(parts)), key=lambda i: -parts[i][0])
+    best = parts[order[0]]
+    # Radii that explain the labels as well are as good; the middle one of those is named.
+    equal = [i for i in order if parts[i][0] > 0.9 * best[0]]
+    if bare.when is not None:
+        by_radius = sorted(equal, key=lambda i: parts[i][1].when.within)  # type: ignore[union-attr]
+        first = by_radius[len(by_radius) // 2]
+        order = [first, *(i for i in order if i != first)]
+    chosen = parts[order[0]]
+    return (
+        chosen[1], chosen[2], [parts[i][3] for i in order], [parts[i][4] for i in order],
+        [parts[i][5] for i in order],
+    )  # fmt: skip
+
+
+def _mixed(
+    lows: list[FloatArray], highs: list[FloatArray], mass: list[FloatArray], share: float
+) -> float:
+    return _quantile(np.concatenate(lows), np.concatenate(highs), np.concatenate(mass), share)
+
+
+def _quantile(low: FloatArray, high: FloatArray, mass: FloatArray, share: float) -> float:
+    """Quantile of a mixture of uniform distributions on [low_i, high_i]."""
+    weight = mass / mass.sum()
+    a, b = float(low.min()), float(high.max())
+    width = np.where(high > low, high - low, 1.0)
+    for _ in range(60):
+        middle = (a + b) / 2
+        below = float(weight @ np.clip((middle - low) / width, 0.0, 1.0))
+        a, b = (middle, b) if below < share else (a, middle)
+    return (a + b) / 2
