@@ -63,6 +63,7 @@ def study(name: str, sets: int) -> dict[str, Any]:
     verdicts: Counter[str] = Counter()
     plans: Counter[str] = Counter()
     first, held, wide, seconds = 0, [], [], 0.0
+    stated = unasked = 0
     for seed in range(sets):
         rng = np.random.default_rng([seed, list(worlds.KINDS).index(name)])
         world = worlds.make_world(rng)
@@ -74,7 +75,10 @@ def study(name: str, sets: int) -> dict[str, Any]:
         assert found.fit is not None
         verdicts[found.fit.verdict] += 1
         suspects = found.fit.suspects
+        named = [c.feature for c in found.constraints]
         first += bool(suspects) and suspects[0].feature == kind.suspect
+        stated += {"side": "distance"}.get(str(kind.suspect), kind.suspect) in named
+        unasked += bool(named) and kind.family != "out"
         clearance = found.clearance
         assert clearance is not None
         for symbol, keep in kind.truth.items():
@@ -92,6 +96,8 @@ def study(name: str, sets: int) -> dict[str, Any]:
         **{v: verdicts[v] for v in ("explains", "partly", "not")},
         "suspect": kind.suspect,
         "suspect_first": first,
+        "stated_as_constraint": stated,
+        "constraint_unasked": unasked,
         "interval_holds": f"{sum(held)} of {len(held)}" if held else None,
         "width_px": round(float(np.median(wide)), 2) if wide else None,
         "plans": dict(plans),

@@ -101,7 +101,11 @@ def test_noise_that_grows_near_the_threshold_accuses_nothing() -> None:
     assert accused <= 3
 
 
-@pytest.mark.parametrize("kind", ["one class", "sd 1", "coin 50 %", "speed", "one side"])
+CONSTRAINED = {"speed": "speed", "one side": "distance", "must come near": "near"}
+"""Kinds of people whose rule a constraint states: its feature."""
+
+
+@pytest.mark.parametrize("kind", ["one class", "sd 1", "coin 50 %", "two people", *CONSTRAINED])
 def test_people_are_understood_or_not(kind: str) -> None:
     w = worlds()
     data = w.sample(kind, 3)
@@ -109,6 +113,12 @@ def test_people_are_understood_or_not(kind: str) -> None:
     (rules,) = learn_rules(data, influence=False).rules.values()
     fit = rules.fit
     assert fit is not None
+    named = [c.feature for c in rules.constraints]
+    if kind in CONSTRAINED:
+        assert named == [CONSTRAINED[kind]]
+        assert fit.verdict == "explains"
+        return
+    assert named == []
     expected = {"in": {"explains"}, "noisy": {"explains"}, "coin": {"not"}}
     assert fit.verdict in expected.get(w.KINDS[kind].family, {"partly", "not"})
     if w.KINDS[kind].family == "out":

@@ -62,9 +62,7 @@ def _of_feature(
             if not sector.isalpha() or _faces(data.scenes, s, sector, usual)
         ]
     if feature.of == "pair":
-        kinds: dict[str, None] = dict.fromkeys(
-            r.kind for scene in data.scenes for r in scene.relations
-        )
+        kinds = list(dict.fromkeys(r.kind for c in data.scenes for r in c.relations))
         pairs = [p for p in combinations_with_replacement(here, 2) if _both(data.scenes, p)]
         joined: list[str | tuple[str, str]] = [*kinds, *pairs]
         return [_with(bare, of=of) for of in joined]

@@ -134,7 +134,7 @@ def search(
     if not known:
         return Found((), -np.inf, exact)
     top = max(known, key=lambda m: (known[m], m))
-    gain = known[top] - base
+    gain = float(known[top] - base)
     named = tuple(pool[i].extra for i in top if pool[i].extra >= 0)
     if gain < MARGIN:
         return Found((), gain, exact)

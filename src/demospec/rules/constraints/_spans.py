@@ -19,7 +19,12 @@ def spans_within(
     lines beside its edges. Where a segment meets any of those is known in closed form; between
     two such places it is inside or outside as its middle is.
     """
+    if not len(a):
+        return []
     cuts = _cuts(shape, radius, a, b)  # (m, k), NaN where there is none
+    if isinstance(shape, Disc):
+        ends = np.clip(cuts, 0.0, 1.0)
+        return [[(low, high)] if low < high else [] for low, high in ends.tolist()]
     out = []
     for i in range(len(a)):
         own = np.unique(np.clip(cuts[i][np.isfinite(cuts[i])], 0.0, 1.0))
