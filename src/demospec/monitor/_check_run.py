@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -14,10 +14,12 @@ from demospec.errors import InputError
 from demospec.files import read_json
 from demospec.frames import FloatArray
 from demospec.geometry import Capsule, ShapeStack
+from demospec.monitor._constraints import final_margins
 from demospec.monitor._monitor import Monitor
 from demospec.monitor._results import Finding, Reading
 from demospec.monitor.streams._events import Event, handle
 from demospec.monitor.streams._frame import RobotFrame
+from demospec.rules import Worst
 
 _SHARE = 0.01
 """Default tolerance: this share of the scene's size."""
@@ -97,12 +99,13 @@ class RunCheck:
     Args:
         run: Name of the recording.
         keeps_rule: None where no violation was observed, but some stretch is unknown.
-        margin: The least of all constraints; None where none was measured.
+        margin: The least of all readings; None where none was measured.
         violations, unknown: Stretches, in the order of time.
         deviation: From the plan; None without one.
         points: (n, 2) the samples, set units.
         t: (n,) seconds.
         units: Of lengths.
+        constraints: How the whole run stands to every constraint besides clearances.
     """
 
     run: str | None
@@ -114,6 +117,7 @@ class RunCheck:
     points: FloatArray
     t: FloatArray
     units: str
+    constraints: tuple[Worst, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """The document of ``demospec check-run``."""
@@ -124,6 +128,7 @@ class RunCheck:
             "margin": self.margin,
             "violations": [e.to_json() for e in self.violations],
             "unknown": [e.to_json() for e in self.unknown],
+            "constraints": [w.to_json() for w in self.constraints],
             "deviation": None if self.deviation is None else self.deviation.to_json(),
             "samples": len(self.t),
             "seconds": float(self.t[-1] - self.t[0]) if len(self.t) else 0.0,
@@ -152,6 +157,7 @@ def check_run(
     if tolerance is not None and not (math.isfinite(tolerance) and tolerance >= 0):
         raise InputError("a tolerance of at least 0", tolerance, field="tolerance")
     rows: list[tuple[float, float, float]] = []
+    run = _Stretches(monitor.settings.stale_s)
     runs: list[str] = []
     episodes = _Episodes()
     for event in events:
@@ -168,15 +174,20 @@ def check_run(
             episodes.gap(last, reading.t)
         if monitor.newest == reading.t and event.sample is not None:
             rows.append((reading.t, float(event.sample["x"]), float(event.sample["y"])))
+            if monitor.watched.constraints:
+                run.add(reading.t, event.sample)
         episodes.add(reading, monitor.findings, rows[-1][1:] if rows else None)
     if not rows:
         raise InputError("a run with at least one position", "none", field="run")
     samples = np.array(rows)
     violations, unknown = episodes.of("violation"), episodes.of("unknown")
+    final = run.margins(monitor)
+    broken = bool(violations) or any(w.kept is False for w in final)
+    doubted = bool(unknown) or any(w.kept is None for w in final)
     given = _SHARE * monitor.scene.length_scale if tolerance is None else tolerance
     return RunCheck(
         runs[0] if runs else None,
-        False if violations else None if unknown else True,
+        False if broken else None if doubted else True,
         episodes.least,
         violations,
         unknown,
@@ -184,7 +195,41 @@ def check_run(
         samples[:, 1:],
         samples[:, 0],
         monitor.distances.unit,
+        final,
     )
+
+
+class _Stretches:
+    """The samples of a run, in stretches without a gap."""
+
+    def __init__(self, gap_s: float) -> None:
+        self.gap_s = gap_s
+        self._rows: list[list[tuple[float, dict[str, float]]]] = []
+
+    def add(self, t: float, sample: Mapping[str, float]) -> None:
+        new = not self._rows or t - self._rows[-1][-1][0] > self.gap_s
+        if new:
+            self._rows.append([])
+        self._rows[-1].append((t, {str(k): float(v) for k, v in sample.items()}))
+
+    def margins(self, monitor: Monitor) -> tuple[Worst, ...]:
+        """Of the whole run under every constraint.
+
+        Where objects moved, what is about objects is left to the readings, sample by sample.
+        """
+        asked = monitor.watched.constraints
+        if monitor.objects_changed:
+            asked = tuple(c for c in asked if c.of is None and c.when is None)
+        if not asked or not self._rows:
+            return ()
+        every = [row for stretch in self._rows for _, row in stretch]
+        more = [c for c in every[0] if c not in ("x", "y") and all(c in row for row in every)]
+        names = ("x", "y", *more)
+        stretches = [
+            (np.array([[row[c] for c in names] for _, row in rows]), np.array([t for t, _ in rows]))
+            for rows in self._rows
+        ]
+        return final_margins(asked, monitor.scene, stretches, names)
 
 
 class _Episodes:

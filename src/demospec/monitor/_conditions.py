@@ -11,6 +11,7 @@ from demospec.errors import InputError
 from demospec.frames import FloatArray
 from demospec.monitor._results import Finding
 from demospec.monitor._track import Motion
+from demospec.scene import SceneObject
 
 
 @dataclass(frozen=True)
@@ -63,6 +64,7 @@ class State:
         moved: Ids of the objects that have moved since the sample before.
         object_velocity: Object id → (2,), set units per second, where it moves.
         stale_objects: Ids of the moving objects whose last update is too old.
+        objects: Where all objects are now, once one has been moved, added or removed; else None.
     """
 
     t: float
@@ -74,6 +76,7 @@ class State:
     moved: frozenset[str] = frozenset()
     object_velocity: Mapping[str, FloatArray] = field(default_factory=dict)
     stale_objects: frozenset[str] = frozenset()
+    objects: tuple[SceneObject, ...] | None = None
 
 
 @runtime_checkable

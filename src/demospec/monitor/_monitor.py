@@ -13,6 +13,7 @@ from demospec.errors import InputError
 from demospec.frames import FloatArray
 from demospec.geometry import Footprint
 from demospec.monitor._conditions import Condition, MonitorSettings, State
+from demospec.monitor._constraints import ConstraintCondition
 from demospec.monitor._distances import Distances, turned
 from demospec.monitor._results import Finding, Reading, reading_of
 from demospec.monitor._rules import Watched, watched_of
@@ -78,6 +79,7 @@ class Monitor:
         self._objects: dict[str, SceneObject] = {o.id: o for o in scene.objects or ()}
         self._moving: dict[str, _Moving] = {}
         self._moved: set[str] = set()
+        self.objects_changed = False
         self.reset()
 
     def reset(self) -> None:
@@ -87,6 +89,9 @@ class Monitor:
         self._newest = -math.inf
         self._reading: Reading | None = None
         self._findings: tuple[Finding, ...] = ()
+        for condition in self.conditions:
+            if isinstance(condition, ConstraintCondition):
+                condition.reset()
 
     @property
     def findings(self) -> tuple[Finding, ...]:
@@ -141,6 +146,7 @@ class Monitor:
         state = State(
             t, point, previous, columns, self._track.motion(measured), age,
             frozenset(self._moved), self.object_velocities(t), self._stale(t + age),
+            self.objects if self.objects_changed else None,
         )  # fmt: skip
         self._moved.clear()
         findings = list(self.distances.measure(state, self.settings))
@@ -184,6 +190,7 @@ class Monitor:
             symbol: Class of a new object.
         """
         known = self._objects.get(id)
+        self.objects_changed = True
         if known is None:
             if symbol is None or center is None:
                 raise InputError("symbol and center of a new object", id, field="object")
@@ -230,6 +237,7 @@ class Monitor:
             known = ", ".join(self._objects) or "none"
             raise InputError(f"an object of the scene ({known})", id, field="object")
         del self._objects[id]
+        self.objects_changed = True
         self._moving.pop(id, None)
         self.distances.drop(id)
 

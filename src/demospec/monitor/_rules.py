@@ -6,9 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 from demospec.monitor._conditions import Condition
+from demospec.monitor._constraints import ConstraintCondition
 from demospec.monitor._distances import Distances, Guard
 from demospec.planning import Envelope, Plannable, clearances, constraint_of, type_of
-from demospec.rules import Known, RuleSet, known_of, refuse_unexplained
+from demospec.rules import Constraint, Known, RuleSet, known_of, refuse_unexplained
 from demospec.scene import Disc, Footprint, Scene, SceneObject
 
 
@@ -19,7 +20,8 @@ class Watched:
     Args:
         type: Of user.
         distances: The clearances to the objects.
-        conditions: Further constraints of the rule.
+        conditions: The constraints of the rule besides clearances.
+        constraints: The same, with what is asked as their values.
         radius: Class → clearance, set units, also for objects that come later.
         known: What the demonstrations decided; None for rules that know no classes.
         learned: Whether a class without a bound is unknown (else it does not matter).
@@ -33,6 +35,7 @@ class Watched:
     known: Known | None = None
     learned: bool = False
     to_center: bool = False
+    constraints: tuple[Constraint, ...] = ()
 
     def guard(self, item: SceneObject) -> Guard | None:
         """The guard of an object; None where the rule allows any distance to it."""
@@ -60,16 +63,25 @@ def watched_of(
     of = type_of(rules, type)
     unit = str(getattr(rules, "units", "px"))
     rule = rules.of_type(of) if isinstance(rules, RuleSet) else None
+    asked: tuple[Constraint, ...] = ()
+    if rule is not None and rule.constraints:
+        spoken = constraint_of(rules, scene, of, envelope).asked
+        asked = () if spoken is None else spoken.constraints
+    conditions = tuple(ConstraintCondition(c, scene) for c in asked)
     if rule is None or rule.clearance is None:
+        if rule is not None and asked:
+            refuse_unexplained(rule.fit, of, anyway=anyway)
         zones = constraint_of(rules, scene, of, envelope).zones
         guards = [Guard(z.object_id, z.symbol, z.shape, z.radius, z.radius) for z in zones]
         radius = {z.symbol: z.radius for z in zones}
-        return Watched(of, Distances(guards, unit), radius=radius)
+        return Watched(of, Distances(guards, unit), conditions, radius=radius, constraints=asked)
     refuse_unexplained(rule.fit, of, anyway=anyway)
     listed = scene.listed_objects()
     made = Watched(
         of,
         Distances((), unit),
+        conditions,
+        constraints=asked,
         radius={name: keep for name, (keep, _) in clearances(rule.clearance, envelope).items()},
         known=known_of(rule.clearance.value, rule.clearance.interval, rule.evidence, rule.fit),
         learned="at_most" in rule.evidence,
