@@ -6,7 +6,7 @@ import numpy as np
 
 from demospec.demonstrations import Motion
 from demospec.frames import FloatArray
-from demospec.geometry import Disc, Polygon, nearest_on_segments
+from demospec.geometry import Disc, Footprint, Polygon, nearest_on_segments
 from demospec.rules.constraints._spans import spans_within
 from demospec.scene import Scene, SceneObject
 
@@ -40,7 +40,7 @@ def inside(motion: Motion, item: SceneObject, radius: float) -> Spans:
     near = gaps(motion, item)[0] <= radius
     out: Spans = {int(i): [] for i in np.flatnonzero(near)}
     whole = np.zeros(len(a), dtype=bool)
-    if _convex(item) and near.any():
+    if convex(item.outline) and near.any():
         ends = item.outline.signed_distance(motion.xy) <= radius
         whole = near & (ends[: len(a)] & ends[-len(a) :])
         out.update({i: [(0.0, 1.0)] for i in np.flatnonzero(whole).tolist()})
@@ -51,8 +51,8 @@ def inside(motion: Motion, item: SceneObject, radius: float) -> Spans:
     return out
 
 
-def _convex(item: SceneObject) -> bool:
-    shape = item.outline
+def convex(shape: Footprint) -> bool:
+    """Whether a shape is a disc or a convex polygon."""
     if isinstance(shape, Disc):
         return True
     if not isinstance(shape, Polygon):

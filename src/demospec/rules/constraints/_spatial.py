@@ -12,7 +12,7 @@ from demospec.errors import InputError
 from demospec.frames import FloatArray
 from demospec.geometry import Capsule, Footprint, Polygon, extent, nearest_on_segments, rectangle
 from demospec.rules.constraints._feature import FeatureValue
-from demospec.rules.constraints._near_things import gaps, inside, things
+from demospec.rules.constraints._near_things import convex, gaps, inside, things
 from demospec.scene import Scene, SceneObject
 
 if TYPE_CHECKING:
@@ -211,9 +211,15 @@ def _farthest(motion: Motion, shape: Footprint) -> tuple[float, float]:
     """Greatest signed distance of a path to a shape, and where, to 1e-9 of their extent.
 
     A signed distance is 1-Lipschitz: a stretch whose ends and length leave no room for more
-    than what is known is not looked at again; the others are halved.
+    than what is known is not looked at again; the others are halved. That to a convex shape is a
+    convex function: greatest at a point of the path.
     """
     a, b = motion.segments
+    if convex(shape):
+        gaps_at = np.asarray(shape.signed_distance(motion.xy))
+        at = int(gaps_at.argmax())
+        last_one = at == len(motion.steps)
+        return float(gaps_at[at]), motion.share(at - last_one, float(last_one))
     tolerance = 1e-9 * (extent(shape.bounds) + float(np.ptp(motion.xy, axis=0).max(initial=0.0)))
 
     def gap(points: FloatArray) -> FloatArray:
