@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -16,6 +19,10 @@ from demospec.cli._common import (
     progress_bar,
     say,
 )
+from demospec.errors import InputError
+
+if TYPE_CHECKING:
+    from demospec.demonstrations import DemonstrationSet
 
 
 def simulate(
@@ -50,6 +57,13 @@ def simulate(
             "--balanced", help="Draw until half of the demonstrations are valid, where possible."
         ),
     ] = False,
+    rule: Annotated[
+        Path | None,
+        typer.Option(help="Label by this rule file (clearances, constraints), a person a type."),
+    ] = None,
+    columns: Annotated[
+        str | None, typer.Option(help="Further columns of the paths: of z, tilt, speed.")
+    ] = None,
     name: Annotated[str | None, typer.Option(help="Name of the set.")] = None,
     seed: Seed = 0,
     json: Json = False,
@@ -58,22 +72,31 @@ def simulate(
     """Simulate demonstrators whose rule is known.
 
     careful keeps a clearance from every footprint, normal from glasses (workbench: drills)
-    only, aggressive from nothing. The truth goes into SET/truth.json, a rule file.
+    only, aggressive from nothing. The truth goes into SET/truth.json, a rule file. With --rule
+    the people are those of the file, and scenes and paths hold what it speaks of.
     """
-    from demospec.demonstrations import simulate_set, write_set
+    from demospec.demonstrations import Details, simulate_set, write_set
     from demospec.files import check_free_folder
 
     check_free_folder(out, replace=force)  # before the work, not after it
+    extra = tuple(word.strip() for word in columns.split(",")) if columns else ()
+    make: Callable[..., tuple[DemonstrationSet, dict[str, Any]]]
+    make = partial(simulate_set, clearance_px=clearance_px, details=Details(extra))
+    if rule is not None:
+        from demospec.rules import read_rules, simulate_by_rule
+
+        if clearance_px is not None:
+            raise InputError("a rule or a clearance", "both", field="--clearance-px")
+        make = partial(simulate_by_rule, read_rules(rule), columns=extra)
     with progress_bar() as progress:
-        data, truth = simulate_set(
-            task,
-            catalogue,
-            train_scenes,
-            test_scenes,
-            demonstrations,
-            seed,
-            size_px,
-            clearance_px=clearance_px,
+        data, truth = make(
+            task=task,
+            catalogue=catalogue,
+            train_scenes=train_scenes,
+            test_scenes=test_scenes,
+            demonstrations=demonstrations,
+            seed=seed,
+            size_px=size_px,
             label_noise=label_noise,
             test_objects=objects,
             balanced=balanced,

@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from demospec.demonstrations.large._partition import count_rows, cut_rows, read_part
     from demospec.demonstrations.large._sample import sample_set
     from demospec.demonstrations.large._stream import iterate_batches
+    from demospec.demonstrations.simulation._details import Details
     from demospec.demonstrations.simulation._simulate import random_paths, simulate_set
     from demospec.demonstrations.simulation._truth import true_clearances
     from demospec.demonstrations.validation._check import CheckReport, Problem, check_set
@@ -53,6 +54,7 @@ __all__ = [
     "MAX_POINTS",
     "CheckReport",
     "Demonstration",
+    "Details",
     "DemonstrationSet",
     "Demonstrations",
     "DifferentiableView",
@@ -95,6 +97,7 @@ _HOME = {
     "CheckReport": "validation._check",
     "Demonstration": "_trajectory",
     "DemonstrationSet": "_set",
+    "Details": "simulation._details",
     "Demonstrations": "_trajectory",
     "DifferentiableView": "_protocol",
     "JudgingView": "_protocol",

@@ -45,6 +45,7 @@ if TYPE_CHECKING:
         path_features,
         register_feature,
     )
+    from demospec.rules.constraints._simulate import simulate_by_rule
     from demospec.rules.constraints._spatial import (
         joined_things,
         regions_of,
@@ -114,6 +115,7 @@ __all__ = [
     "Reading",
     "constraint_feature",
     "path_features",
+    "simulate_by_rule",
     "joined_things",
     "regions_of",
     "sector_direction",
@@ -204,6 +206,7 @@ _HOME = {
     "FeatureValue": "constraints._feature",
     "constraint_feature": "constraints._registry",
     "path_features": "constraints._registry",
+    "simulate_by_rule": "constraints._simulate",
     "joined_things": "constraints._spatial",
     "regions_of": "constraints._spatial",
     "sector_direction": "constraints._spatial",

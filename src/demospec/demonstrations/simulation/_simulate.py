@@ -6,13 +6,17 @@ have footprints, and validity is decided on the dense path against them, not on 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from demospec.demonstrations._motion import Motion, Motions
+from demospec.demonstrations._protocol import ValidityModel
 from demospec.demonstrations._set import DemonstrationSet
 from demospec.demonstrations._trajectory import Demonstration, Demonstrations
+from demospec.demonstrations.simulation._details import Details
 from demospec.demonstrations.simulation._paths import RATE_HZ, bezier_stroke, free_stroke
 from demospec.demonstrations.simulation._truth import (
     CLEARANCE_PX,
@@ -43,6 +47,8 @@ class _Job:
     demonstrations: int
     balanced: bool
     clearances: Any
+    rule: ValidityModel | None
+    details: Details
 
     @property
     def scale(self) -> float:
@@ -63,6 +69,8 @@ def simulate_set(
     test_objects: bool = True,
     balanced: bool = False,
     name: str | None = None,
+    rule: ValidityModel | None = None,
+    details: Details | None = None,
     progress: Progress = silent,
 ) -> tuple[DemonstrationSet, dict[str, Any]]:
     """A set with three demonstrators whose rules are known, and the document of those rules.
@@ -84,10 +92,13 @@ def simulate_set(
         balanced: Draw until half of each scene's and type's demonstrations are valid, where
             300 tries suffice. Off: demonstrations are what random paths are.
         name: Of the set.
+        rule: Labels by this rule, one demonstrator for each of its types, in the place of the
+            three built-in ones; lengths in pixels. See `demospec.rules.simulate_by_rule`.
+        details: What scenes and paths hold beside outlines and places.
 
     Returns:
         (set, truth): the truth is a rule file; `write_set` puts it into the set as
-        ``truth.json``.
+        ``truth.json``. With `rule` it is what there is to say beside the rule.
 
     Raises:
         InputError: A count below its minimum, an unknown task or catalogue.
@@ -102,7 +113,9 @@ def simulate_set(
         raise InputError(f"pixels in [0, {0.3 * size_px:g}]", keep, field="clearance_px")
     parts = {"train": load_catalogue(catalogue, "train"), "test": load_catalogue(catalogue, "test")}
     symbols = tuple(s for s in TASK_SYMBOLS[task] if s in parts["train"].symbols)
-    job = _Job(task, size_px, demonstrations, balanced, true_clearances(task, keep, symbols))
+    details = details or Details()
+    clearances = true_clearances(task, keep, symbols)
+    job = _Job(task, size_px, demonstrations, balanced, clearances, rule, details)
     splits = ["train"] * train_scenes + ["test"] * test_scenes
     # One stream per scene: a set with more scenes begins with the scenes of the smaller one.
     streams = [
@@ -115,7 +128,9 @@ def simulate_set(
         scene = draw_scene(
             rng, parts[split], task=task, scene_id=f"{i:04d}", split=split, size_px=size_px
         )
-        items += _demonstrate(rng, scene, job)
+        beside = np.random.default_rng([seed, 3, i])
+        scene = details.of_scene(scene, beside, size_px)
+        items += _demonstrate(rng, beside, scene, job)
         scenes.append(scene if split == "train" or test_objects else scene.seen())
         progress("simulating scenes", i + 1, len(splits))
     items, flipped = _with_noise(items, label_noise, np.random.default_rng([seed, 2]))
@@ -128,13 +143,16 @@ def simulate_set(
         extra += (("attribution", credit),)
     data = DemonstrationSet(
         scenes=tuple(scenes),
-        demonstrations=Demonstrations.of(items),
+        demonstrations=Demonstrations.of(items, columns=len(details.names)),
         name=name or f"{task}-{catalogue}-{seed}",
         metres_per_unit=metres,
         symbols=symbols,
-        types=TYPES,
+        types=TYPES if rule is None else tuple(rule.types),
+        columns=details.names,
         extra=extra,
     )
+    if rule is not None:
+        return data, {"label_noise": label_noise, "flipped": flipped, "seed": seed}
     return data, truth_document(
         job.clearances, metres, label_noise=label_noise, flipped=flipped, seed=seed
     )
@@ -159,40 +177,53 @@ def random_paths(
     return [_STROKES[task](rng, scene, size_px) for _ in range(n)]
 
 
-def _demonstrate(rng: np.random.Generator, scene: Scene, job: _Job) -> list[Demonstration]:
+def _demonstrate(
+    rng: np.random.Generator, beside: np.random.Generator, scene: Scene, job: _Job
+) -> list[Demonstration]:
     out = []
-    for type_, clearance in job.clearances.items():
-        paths, valid = _judged_paths(rng, scene, job, clearance)
+    types = tuple(job.clearances) if job.rule is None else tuple(job.rule.types)
+    short = [t[0] for t in types] if len({t[0] for t in types}) == len(types) else list(types)
+    for letter, type_ in zip(short, types, strict=True):
+        paths, valid = _judged_paths(rng, beside, scene, job, type_)
         for k, (path, ok) in enumerate(zip(paths, valid, strict=True)):
             out.append(
                 Demonstration(
-                    demo_id=f"{scene.scene_id}-{type_[0]}{k:02d}",
+                    demo_id=f"{scene.scene_id}-{letter}{k:02d}",
                     scene_id=scene.scene_id,
-                    points=path,
+                    points=path.points,
                     type=type_,
                     demonstrator=f"{type_}-1",
                     valid=bool(ok),
-                    t=np.round(np.arange(len(path)) / RATE_HZ, 6),
+                    t=path.t,
                 )
             )
     return out
 
 
+def _judge(scene: Scene, job: _Job, type_: str) -> Callable[[Motions], FloatArray]:
+    """By how much paths of one scene keep the rule of one type."""
+    if job.rule is None:
+        return lambda paths: margins(scene, paths, job.clearances[type_])
+    view = job.rule.see(scene)
+    return lambda paths: view.logits(paths, type_)
+
+
 def _judged_paths(
-    rng: np.random.Generator, scene: Scene, job: _Job, clearance: dict[str, float]
-) -> tuple[list[FloatArray], list[bool]]:
+    rng: np.random.Generator, beside: np.random.Generator, scene: Scene, job: _Job, type_: str
+) -> tuple[list[Motion], list[bool]]:
     """As many paths as wanted, with their verdicts; balanced where that is asked for."""
+    judge = _judge(scene, job, type_)
     wanted = job.demonstrations
     room = {True: wanted, False: wanted}
     if job.balanced:
         room = {True: wanted - wanted // 2, False: wanted // 2}
-    paths: list[FloatArray] = []
+    paths: list[Motion] = []
     valid: list[bool] = []
-    spare: list[tuple[FloatArray, bool]] = []
+    spare: list[tuple[Motion, bool]] = []
     for _ in range(max(1, 300 // wanted) if job.balanced else 100):
         batch = random_paths(rng, scene, wanted, task=job.task, size_px=job.size_px)
-        margin = margins(scene, batch, clearance)
-        for path, gap in zip(batch, margin, strict=True):
+        moved = Motions(job.details.of_path(p, beside, job.size_px, RATE_HZ) for p in batch)
+        for path, gap in zip(moved.motions, judge(moved), strict=True):
             ok = bool(gap >= 0)
             if abs(gap) < SURE_PX * job.scale or len(paths) >= wanted:
                 continue

@@ -10,9 +10,8 @@ from collections.abc import Sequence
 from itertools import combinations_with_replacement
 
 import numpy as np
-from numpy.typing import NDArray
 
-from demospec.demonstrations import DemonstrationSet
+from demospec.demonstrations import DemonstrationSet, Motion
 from demospec.frames import FloatArray
 from demospec.rules.constraints._constraint import SECTORS, Constraint, When
 from demospec.rules.constraints._feature import Feature
@@ -99,16 +98,13 @@ def _both(scenes: Sequence[Scene], pair: tuple[str, str]) -> bool:
 
 
 def measured(
-    data: DemonstrationSet, rows: NDArray[np.int64], asked: Sequence[Constraint]
+    motions: Sequence[Motion], scenes: Sequence[Scene], asked: Sequence[Constraint]
 ) -> FloatArray:
-    """(n, k) worst values of the demonstrations, turned so that more is safer.
+    """(n, k) worst values of motions in their scenes, turned so that more is safer.
 
     +inf where the scene holds nothing of it; a column of NaN where any cannot be measured.
     """
-    ids = data.demonstrations.scene_id[rows].tolist()
-    motions = data.motions(rows).motions
-    scenes = [data.scene(name) for name in ids]
-    out = np.empty((len(rows), len(asked)))
+    out = np.empty((len(motions), len(asked)))
     for j, constraint in enumerate(asked):
         feature = constraint_feature(constraint.feature)
         for i, (motion, scene) in enumerate(zip(motions, scenes, strict=True)):

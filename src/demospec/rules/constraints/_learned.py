@@ -9,12 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from demospec.demonstrations import DemonstrationSet
+from demospec.demonstrations import DemonstrationSet, Motion
 from demospec.frames import FloatArray
-from demospec.rules.constraints._columns import RADII, candidates, measured
+from demospec.rules.constraints._columns import CLASSES, RADII, candidates, measured
 from demospec.rules.constraints._constraint import Constraint, When
+from demospec.rules.constraints._near_things import prepare
 from demospec.rules.constraints._search import Found, posterior, search, settled, thresholds
 from demospec.rules.constraints._words import constraint_words
+from demospec.scene import Scene
 
 MOST = 400
 """Demonstrations that candidates are searched with; thresholds are learned from all."""
@@ -49,6 +51,17 @@ class Learned:
         return np.asarray((self.margins >= 0).all(axis=1))
 
 
+@dataclass(frozen=True, eq=False)
+class _Paths:
+    """The demonstrations, measured again and again."""
+
+    motions: Sequence[Motion]
+    scenes: Sequence[Scene]
+
+    def column(self, asked: Constraint) -> FloatArray:
+        return measured(self.motions, self.scenes, [asked])[:, 0]
+
+
 def learn_constraints(
     data: DemonstrationSet,
     rows: NDArray[np.int64],
@@ -71,7 +84,13 @@ def learn_constraints(
     if len(some) > MOST:
         some = np.sort(np.random.default_rng(0).permutation(len(rows))[:MOST])
     asked = candidates(data, symbols)
-    columns = measured(data, rows[some], asked)
+    motions = data.motions(rows).motions
+    scenes = [data.scene(name) for name in data.demonstrations.scene_id[rows].tolist()]
+    paths = _Paths(motions, scenes)
+    for scene in {s.scene_id: s for s in scenes}.values():
+        here = [m for m, s in zip(motions, scenes, strict=True) if s is scene]
+        prepare(here, [o for o in scene.objects or () if o.symbol in symbols[:CLASSES]])
+    columns = measured([motions[i] for i in some], [scenes[i] for i in some], asked)
     group = [c.feature for c in asked]
     wrong = round(contradicted * len(some) / len(rows))
     found = search(near[some], columns, valid[some], group, data.length_scale, wrong)
@@ -83,13 +102,13 @@ def learn_constraints(
     }
     if not found.extras:
         return Learned((), np.empty((len(rows), 0)), columns, some, document)
-    learned, margins = _valued(data, rows, near, valid, asked, found)
+    learned, margins = _valued(data, paths, near, valid, asked, found)
     return Learned(tuple(learned), np.stack(margins, axis=1), columns, some, document)
 
 
 def _valued(
     data: DemonstrationSet,
-    rows: NDArray[np.int64],
+    paths: _Paths,
     near: FloatArray,
     valid: Bools,
     asked: Sequence[Constraint],
@@ -101,7 +120,7 @@ def _valued(
         whole = (
             near[:, list(cut.distance)].min(axis=1)
             if cut.extra < 0
-            else measured(data, rows, [asked[cut.extra]])[:, 0]
+            else paths.column(asked[cut.extra])
         )
         model.append(replace(cut, value=whole))
     at = settled(model, valid)
@@ -114,7 +133,7 @@ def _valued(
             if j != i:
                 rest &= other.value >= at[j]
         bare, value, lows, highs, mass = _refined(
-            data, rows, valid, rest, asked[cut.extra], cut.value
+            data, paths, valid, rest, asked[cut.extra], cut.value
         )
         middle, low, high = (_quantile(lows[0], highs[0], mass[0], 0.5),
                              _mixed(lows, highs, mass, _TAIL),
@@ -134,7 +153,7 @@ def _valued(
 
 def _refined(
     data: DemonstrationSet,
-    rows: NDArray[np.int64],
+    paths: _Paths,
     valid: Bools,
     rest: Bools,
     bare: Constraint,
@@ -155,7 +174,7 @@ def _refined(
         )
         for r in np.linspace(low, high, _FINE + 2) * data.length_scale:
             one = replace(bare, when=When(float(r), bare.when.of))
-            column = measured(data, rows, [one])[:, 0]
+            column = paths.column(one)
             if len(thresholds(column)[0]):
                 tried.append((one, column))
     parts = []

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from demospec.demonstrations import Motion
@@ -23,11 +25,25 @@ def gaps(motion: Motion, item: SceneObject) -> tuple[FloatArray, FloatArray]:
     """(m,) least signed distance of each segment to a footprint, and where along it; exact."""
     key = ("gaps", id(item))
     if key not in motion.known:
-        a, b = motion.segments
-        # The item is kept with it, so that its id stays its own.
-        motion.known[key] = (item, nearest_on_segments(item.outline, a, b))
+        prepare([motion], [item])
     found: tuple[FloatArray, FloatArray] = motion.known[key][1]
     return found
+
+
+def prepare(motions: Sequence[Motion], items: Sequence[SceneObject]) -> None:
+    """Measures many paths of one scene at once, for `gaps` and `inside`."""
+    if not motions:
+        return
+    a = np.concatenate([m.segments[0] for m in motions])
+    b = np.concatenate([m.segments[1] for m in motions])
+    cuts = np.cumsum([len(m.steps) for m in motions])[:-1]
+    for item in items:
+        ends = item.outline.signed_distance(np.stack([a, b], axis=1))
+        gap, along = nearest_on_segments(item.outline, a, b, ends=ends)
+        parts = (np.split(values, cuts) for values in (gap, along, ends))
+        for motion, own, place, away in zip(motions, *parts, strict=True):
+            # The item is kept with it, so that its id stays its own.
+            motion.known["gaps", id(item)] = (item, (own, place), away)
 
 
 def inside(motion: Motion, item: SceneObject, radius: float) -> Spans:
@@ -40,9 +56,12 @@ def inside(motion: Motion, item: SceneObject, radius: float) -> Spans:
     near = gaps(motion, item)[0] <= radius
     out: Spans = {int(i): [] for i in np.flatnonzero(near)}
     whole = np.zeros(len(a), dtype=bool)
-    if convex(item.outline) and near.any():
-        ends = item.outline.signed_distance(motion.xy) <= radius
-        whole = near & (ends[: len(a)] & ends[-len(a) :])
+    if near.any():
+        first, last = motion.known["gaps", id(item)][2].T - radius
+        # A signed distance changes by no more than the way walked.
+        whole = near & (first + last + motion.steps <= 0)
+        if convex(item.outline):
+            whole |= near & (first <= 0) & (last <= 0)
         out.update({i: [(0.0, 1.0)] for i in np.flatnonzero(whole).tolist()})
     rest = np.flatnonzero(near & ~whole)
     found = spans_within(item.outline, radius, a[rest], b[rest])
@@ -52,7 +71,7 @@ def inside(motion: Motion, item: SceneObject, radius: float) -> Spans:
 
 
 def convex(shape: Footprint) -> bool:
-    """Whether a shape is a disc or a convex polygon."""
+    """Whether a footprint is known to be convex: distances to it are, too, along a segment."""
     if isinstance(shape, Disc):
         return True
     if not isinstance(shape, Polygon):

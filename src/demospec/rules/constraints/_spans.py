@@ -25,22 +25,26 @@ def spans_within(
     if isinstance(shape, Disc):
         ends = np.clip(cuts, 0.0, 1.0)
         return [[(low, high)] if low < high else [] for low, high in ends.tolist()]
-    out = []
-    for i in range(len(a)):
-        own = np.unique(np.clip(cuts[i][np.isfinite(cuts[i])], 0.0, 1.0))
-        ends = np.unique(np.concatenate([[0.0], own, [1.0]]))
-        middle = (ends[:-1] + ends[1:]) / 2
-        inside = shape.signed_distance(a[i] + middle[:, None] * (b[i] - a[i])) <= radius
-        spans: list[tuple[float, float]] = []
-        for low, high, held in zip(ends[:-1].tolist(), ends[1:].tolist(), inside, strict=True):
-            if not held:
-                continue
-            if spans and spans[-1][1] == low:
-                spans[-1] = (spans[-1][0], high)
-            else:
-                spans.append((low, high))
-        out.append(spans)
-    return out
+    cuts = np.where((cuts > 0) & (cuts < 1), cuts, 1.0)
+    cuts.sort(axis=1)
+    cuts = cuts[:, : int((cuts < 1).sum(axis=1).max(initial=0))]
+    ends = np.concatenate([np.zeros((len(a), 1)), cuts, np.ones((len(a), 1))], axis=1)
+    middle = (ends[:, 1:] + ends[:, :-1]) / 2
+    held = shape.signed_distance(a[:, None] + middle[:, :, None] * (b - a)[:, None]) <= radius
+    return [_joined(ends[i].tolist(), held[i].tolist()) for i in range(len(a))]
+
+
+def _joined(ends: list[float], held: list[bool]) -> list[tuple[float, float]]:
+    """Neighbouring pieces that are held, as one."""
+    spans: list[tuple[float, float]] = []
+    for low, high, inside in zip(ends[:-1], ends[1:], held, strict=True):
+        if not inside or low == high:
+            continue
+        if spans and spans[-1][1] == low:
+            spans[-1] = (spans[-1][0], high)
+        else:
+            spans.append((low, high))
+    return spans
 
 
 def _cuts(shape: Footprint, radius: float, a: FloatArray, b: FloatArray) -> FloatArray:
