@@ -81,7 +81,9 @@ class Constraint:
             return self.zones
         from demospec.planning.constrained import forbidden_areas
 
-        return (*self.zones, *forbidden_areas(self.asked, map_bounds(self.scene, self.zones)))
+        bounds = map_bounds(self.scene, self.zones)
+        taken = [zone.object_id for zone in self.zones]
+        return (*self.zones, *forbidden_areas(self.asked, bounds, taken))
 
     @property
     def unbounded(self) -> tuple[str, ...]:

@@ -198,8 +198,13 @@ def planned(
     time_limit_s: float = 2.0,
     unknown_clearance: float | None = None,
     anyway: bool = False,
+    cruise: float | None = None,
 ) -> tuple[Plan, Constraint]:
-    """A plan and what it had to keep, allowance apart. Arguments and errors as of `plan_path`."""
+    """A plan and what it had to keep, allowance apart. Arguments and errors as of `plan_path`.
+
+    Args:
+        cruise: Speed of a timed plan where nothing limits it, set units a second.
+    """
     began = time.perf_counter()
     if planner not in PLANNERS:
         raise InputError(f"one of {', '.join(PLANNERS)}", planner, field="planner")
@@ -221,7 +226,7 @@ def planned(
     if constraint.asked is not None:
         return _planned_with_constraints(
             constraint, read.of_type(of), envelope, planner, start or scene.start,
-            goal or scene.goal, seed, allowance,
+            goal or scene.goal, seed, allowance, cruise,
             {"scene_id": scene.scene_id, "type": of, "envelope": envelope,
              "unbounded": constraint.unbounded, "capped": constraint.capped,
              "uninformed": constraint.uninformed, "metres_per_unit": scale,
@@ -294,6 +299,7 @@ def _planned_with_constraints(
     goal: Sequence[float],
     seed: int,
     allowance: float,
+    cruise: float | None,
     common: dict[str, Any],
 ) -> tuple[Plan, Constraint]:
     from demospec.planning.constrained import planned_with_constraints
@@ -307,7 +313,7 @@ def _planned_with_constraints(
     return planned_with_constraints(
         rule.constraints, constraint, envelope, start, goal,
         bounds=map_bounds(constraint.scene, constraint.zones), seed=seed, allowance=allowance,
-        common=common,
+        cruise=cruise, common=common,
     )  # fmt: skip
 
 

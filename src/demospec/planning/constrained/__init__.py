@@ -8,6 +8,7 @@ from demospec.planning.constrained._plan import shortest_way
 from demospec.planning.constrained._planned import planned_with_constraints
 from demospec.planning.constrained._requirements import Requirements
 from demospec.planning.constrained._shorten import length as path_length
+from demospec.planning.constrained._signals import margin_signals
 from demospec.planning.constrained._timing import SpeedLimit, TimeLimit, timed
 
 __all__ = [
@@ -18,6 +19,7 @@ __all__ = [
     "Via",
     "checks_of",
     "forbidden_areas",
+    "margin_signals",
     "outline",
     "path_clear",
     "path_length",

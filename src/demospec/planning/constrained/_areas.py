@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import numpy as np
 
 from demospec.errors import InputError
@@ -14,23 +16,34 @@ from demospec.planning.constrained._requirements import Requirements
 Bounds = tuple[float, float, float, float]
 
 
-def forbidden_areas(asked: Requirements, bounds: Bounds) -> tuple[Zone, ...]:
+def forbidden_areas(
+    asked: Requirements, bounds: Bounds, taken: Collection[str] = ()
+) -> tuple[Zone, ...]:
     """Zones of the constraints that forbid an area at every height.
+
+    Each is called by its thing; a second one of a thing by its side or constraint too.
 
     Args:
         asked: The constraints.
+        taken: Names of other zones.
         bounds: What lies beyond a table or a region is forbidden as far as these reach, and as
             far again.
 
     Raises:
         InputError: A region to stay in that is not convex.
     """
-    zones = []
+    zones: list[Zone] = []
+    names = set(taken)
     for obstacle in asked.obstacles:
         if any(normal[2] != 0.0 for normal, _ in obstacle.cuts):
             continue
-        feature = asked.constraints[obstacle.constraint].feature
-        name = obstacle.object_id or f"{feature} {obstacle.symbol}"
+        constraint = asked.constraints[obstacle.constraint]
+        name = obstacle.object_id or f"{constraint.feature} {obstacle.symbol}"
+        if name in names:
+            name = f"{name} ({constraint.sector or constraint.feature})"
+        while name in names:
+            name += "'"
+        names.add(name)
         if obstacle.outside:
             zones.append(Zone(name, obstacle.symbol, _beyond(obstacle, bounds), 0.0))
         elif obstacle.cuts:

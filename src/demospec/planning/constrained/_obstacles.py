@@ -20,6 +20,7 @@ from demospec.geometry import (
     path_distance,
     rims,
     segment_distance,
+    segments_keep,
 )
 
 HalfSpace = tuple[tuple[float, float, float], float]
@@ -79,7 +80,10 @@ class Obstacle:
             way = (b - a)[some, :2]
             first = a[some, :2] + low[some, None] * way
             last = a[some, :2] + high[some, None] * way
-            clear[some] = segment_distance(self.shape, first, last) >= self.radius
+            ends = np.concatenate([first, last])
+            keeps = (self.shape.signed_distance(ends) >= self.radius).reshape(2, -1).all(axis=0)
+            some, first, last = some[keeps], first[keeps], last[keeps]
+            clear[some] = segments_keep(self.shape, first, last, self.radius)
         return np.asarray(clear)
 
     def _within(self, a: FloatArray, b: FloatArray) -> np.ndarray:

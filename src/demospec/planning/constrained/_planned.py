@@ -38,6 +38,7 @@ def planned_with_constraints(
     bounds: tuple[float, float, float, float],
     seed: int = 0,
     allowance: float = 0.0,
+    cruise: float | None = None,
     common: dict[str, Any],
 ) -> tuple[Plan, Constraint]:
     """The plan for a rule that speaks of more than distances, and what it had to keep.
@@ -51,6 +52,8 @@ def planned_with_constraints(
         seed: Of what is sampled.
         allowance: Kept beyond what the rule asks of the plane, set units, as far as there is
             room at the ends.
+        cruise: Speed where nothing limits it, set units a second; by default the longer side of
+            the map in ten seconds.
         common: Further fields of the plan.
 
     Raises:
@@ -63,7 +66,7 @@ def planned_with_constraints(
     asked = requirements_of(constraints, scene, envelope, a, b)
     _refuse_heights(asked, scene, a, b)
     side = max(bounds[2] - bounds[0], bounds[3] - bounds[1])
-    cruise = side / _CROSSING_S
+    speed = side / _CROSSING_S if cruise is None else cruise
 
     def judge(i: int, points: FloatArray, t: FloatArray | None, columns: Sequence[str]) -> float:
         (check,) = checks_of([asked.constraints[i]], [asked.how[i]], scene, points, t, columns)
@@ -74,7 +77,7 @@ def planned_with_constraints(
     spared = tuple(_of_zone(z) for z in within_room(rule.unknown, a[:2], b[:2]))
     found, kept_unknown = None, bool(spared)
     for more in ((*zones, *spared), zones) if spared else (zones,):
-        found = plan_constrained(grown, more, bounds, a, b, judge, cruise, seed)
+        found = plan_constrained(grown, more, bounds, a, b, judge, speed, seed)
         kept_unknown = bool(spared) and len(more) > len(zones)
         if found.points is not None and not found.unkept:
             break

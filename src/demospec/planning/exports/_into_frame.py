@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from demospec.errors import InputError
 from demospec.frames import FloatArray, Frame
 from demospec.geometry import Footprint, MultiPolygon, Polygon, bounds_of, rims, similar
 from demospec.planning._results import Zone
@@ -22,10 +23,16 @@ def into_frame(request: ExportRequest) -> ExportRequest:
     """The request through the homography of its frame: everything in metres there.
 
     Under perspective a length of the set is as long as it is at its object.
+
+    Raises:
+        InputError: The rule has constraints, which speak of sides and speeds of the picture.
     """
     rows = request.axes.homography
     if rows is None:
         return request
+    if request.asked is not None:
+        expected = "a rule of clearances alone, where pixels go back through a homography"
+        raise InputError(expected, "a rule with constraints", field="rules")
     where, plan, scene = request.cost_map, request.plan, request.scene
     matrix = np.array(rows, dtype=np.float64)
     x0, y0, x1, y1 = where.bounds

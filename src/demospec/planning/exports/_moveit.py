@@ -3,7 +3,9 @@
 MoveIt pads robot links, not objects. So each object's clearance is built into its shape: the
 convex hull of each part of the footprint, grown by the clearance (from outside, by less than
 1 %), as an upright prism; cylinders where the footprint is a disc. ``padding.json`` says what
-was added. `operation` is left out: its default is ADD, and message setters take a byte field only
+was added. A thing that may be passed over at a height is as high as that. A limit on the tilt is
+written as ``constraints.json`` (`moveit_msgs/Constraints`): set `link_name` to the link that
+carries. `operation` is left out: its default is ADD, and message setters take a byte field only
 as bytes.
 
 Source: `moveit_msgs/PlanningScene`, `moveit_msgs/CollisionObject`, `shape_msgs`.
@@ -30,7 +32,8 @@ _CYLINDER = 3
 
 
 def write_moveit(request: ExportRequest, folder: Path) -> None:
-    """Writes ``planning_scene.json``, the same as ``.yaml``, and ``padding.json``."""
+    """Writes ``planning_scene.json``, the same as ``.yaml``, ``padding.json``, and
+    ``constraints.json`` where the rule limits the tilt."""
     scene = planning_scene(request)
     text = json.dumps(scene, indent=1, allow_nan=False) + "\n"
     (folder / "planning_scene.json").write_text(text, encoding="utf-8")
@@ -39,12 +42,64 @@ def write_moveit(request: ExportRequest, folder: Path) -> None:
         z.object_id: {"symbol": z.symbol, "padding_m": z.radius * request.scale_m}
         for z in request.cost_map.zones
     }
+    padding |= {name: entry for name, (_, entry) in _passed_over(request).items()}
     (folder / "padding.json").write_text(json.dumps(padding, indent=1) + "\n", encoding="utf-8")
+    path = path_constraints(request)
+    if path is not None:
+        text = json.dumps(path, indent=1, allow_nan=False) + "\n"
+        (folder / "constraints.json").write_text(text, encoding="utf-8")
+
+
+def path_constraints(request: ExportRequest) -> dict[str, Any] | None:
+    """The limit on the tilt as `moveit_msgs/Constraints`; None without one.
+
+    Both tolerances are the limit over √2, so that a link turned about both axes is not tilted
+    further than the limit either.
+    """
+    asked = () if request.asked is None else request.asked.constraints
+    limits = [c.value for c in asked if c.feature == "tilt" and c.sense == "at_most"]
+    if not limits:
+        return None
+    tolerance = float(np.radians(max(0.0, min(limits))) / np.sqrt(2))
+    return {
+        "name": f"demospec_{request.scene.scene_id}",
+        "orientation_constraints": [
+            {
+                "header": {"frame_id": request.frame_id},
+                "orientation": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0},
+                "link_name": "tool",
+                "absolute_x_axis_tolerance": tolerance,
+                "absolute_y_axis_tolerance": tolerance,
+                "absolute_z_axis_tolerance": float(np.pi),
+                "parameterization": 1,
+                "weight": 1.0,
+            }
+        ],
+    }
+
+
+def _passed_over(request: ExportRequest) -> dict[str, tuple[dict[str, Any], dict[str, Any]]]:
+    """Object id → its collision object and what was added: things with a height to be kept over
+    them, whose outlines are no zone of the plane."""
+    made: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {}
+    if request.asked is None:
+        return made
+    taken = {z.object_id for z in request.cost_map.zones}
+    for obstacle in request.asked.obstacles:
+        tops = [-offset for normal, offset in obstacle.cuts if normal[2] == -1.0]
+        if not tops or obstacle.object_id in taken:
+            continue
+        over = request.asked.constraints[obstacle.constraint].value * request.scale_m
+        zone = Zone(obstacle.object_id, obstacle.symbol, obstacle.shape, obstacle.radius)
+        document = _collision_object(zone, request, tops[0] * request.scale_m)
+        made[obstacle.object_id] = document, {"symbol": obstacle.symbol, "over_m": over}
+    return made
 
 
 def planning_scene(request: ExportRequest) -> dict[str, Any]:
     """The message as plain values."""
     objects = [_collision_object(zone, request) for zone in request.cost_map.zones]
+    objects += [document for document, _ in _passed_over(request).values()]
     return {
         "name": f"demospec_{request.scene.scene_id}",
         "is_diff": True,
@@ -53,7 +108,9 @@ def planning_scene(request: ExportRequest) -> dict[str, Any]:
     }
 
 
-def _collision_object(zone: Zone, request: ExportRequest) -> dict[str, Any]:
+def _collision_object(
+    zone: Zone, request: ExportRequest, high_m: float = _HEIGHT_M
+) -> dict[str, Any]:
     document: dict[str, Any] = {
         "header": {"frame_id": request.frame_id},
         "id": zone.object_id,
@@ -62,14 +119,14 @@ def _collision_object(zone: Zone, request: ExportRequest) -> dict[str, Any]:
     if isinstance(zone.shape, Disc):
         x, y = request.frame.to_metres(zone.shape.center)
         radius = (zone.shape.radius + zone.radius) * request.scale_m
-        document["primitives"] = [{"type": _CYLINDER, "dimensions": [_HEIGHT_M, float(radius)]}]
-        document["primitive_poses"] = [_pose(float(x), float(y), _HEIGHT_M / 2)]
+        document["primitives"] = [{"type": _CYLINDER, "dimensions": [high_m, float(radius)]}]
+        document["primitive_poses"] = [_pose(float(x), float(y), high_m / 2)]
         return document
     # Where y runs down, the corners turn the other way in metres, and back again here, so that
     # the faces look outwards.
     hulls = grown_hulls(zone.shape, zone.radius)
     turn = -1 if request.turned_over else 1
-    document["meshes"] = [_prism(request.frame.to_metres(hull)[::turn]) for hull in hulls]
+    document["meshes"] = [_prism(request.frame.to_metres(hull)[::turn], high_m) for hull in hulls]
     document["mesh_poses"] = [_pose(0.0, 0.0, 0.0) for _ in hulls]
     return document
 
@@ -95,10 +152,10 @@ def _from_one_side(hull: FloatArray) -> FloatArray:
     return np.roll(hull, -first, axis=0)
 
 
-def _prism(rim: FloatArray) -> dict[str, Any]:
+def _prism(rim: FloatArray, high_m: float) -> dict[str, Any]:
     n = len(rim)
     floor = np.column_stack([rim, np.zeros(n)])
-    top = np.column_stack([rim, np.full(n, _HEIGHT_M)])
+    top = np.column_stack([rim, np.full(n, high_m)])
     corners = np.concatenate([floor, top])
     triangles = []
     for i in range(n):

@@ -9,7 +9,8 @@ Source of the semantics: nav2_map_server `map_io.cpp` (modes, row order), nav2_c
 - ``keepout.pgm`` (mode scale): 100 in every cell that a zone touches, else 0. A cell is blocked
   as soon as any part of it is: a path between free cells keeps the rule.
 - ``speed.pgm`` (mode raw): percent of the full speed within one clearance of a zone, from 30 at
-  its rim to 100; 0, which nav2 reads as "no limit", elsewhere.
+  its rim to 100, and no more than a rule's speed limit where a cell is within its radius; 0, which
+  nav2 reads as "no limit", elsewhere.
 
 The first image row has the greatest y; `origin` is the lower-left corner of the last.
 """
@@ -21,6 +22,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from demospec.frames import FloatArray
 from demospec.planning.exports._request import ExportRequest
 
 _SLOWEST_PERCENT = 30
@@ -71,7 +73,27 @@ def speed_percent(request: ExportRequest) -> NDArray[np.int8]:
         band = max(zone.radius, where.cell)
         limit = _SLOWEST_PERCENT + (100 - _SLOWEST_PERCENT) * np.clip(beyond / band, 0.0, 1.0)
         percent = np.minimum(percent, np.where(beyond < band, limit, 101.0))
-    return np.where(percent > 100, 0, np.rint(percent)).astype(np.int8)
+    percent = np.minimum(np.rint(percent), _limited(request))
+    return np.where(percent > 100, 0, percent).astype(np.int8)
+
+
+def _limited(request: ExportRequest) -> FloatArray:
+    """(rows, columns): percent of the full speed that the rule's speed limits leave, rounded down
+    (1 at least, as 0 is no limit); 101 where there is none."""
+    where = request.cost_map
+    percent = np.full(where.shape, 101.0)
+    limits = () if request.asked is None else request.asked.speeds
+    half = where.cell * np.sqrt(0.5)
+    for limit in limits:
+        share = 100 * limit.value * request.scale_m / request.speed_m_s
+        if share >= 100:
+            continue
+        near = np.ones(where.shape, dtype=bool)
+        if limit.radius is not None:
+            gaps = [shape.signed_distance(where.centers()) for shape in limit.shapes]
+            near = np.min(gaps, axis=0) <= limit.radius + half
+        percent[near] = np.minimum(percent[near], max(1.0, np.floor(share)))
+    return percent
 
 
 def _write(

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,10 +19,13 @@ from demospec.errors import InputError
 from demospec.frames import PICTURE, Axis, FloatArray, Frame, PixelFrame
 from demospec.planning._constraint import Plannable, rules_in
 from demospec.planning._cost_map import CostMap
-from demospec.planning._plan import map_of, planned, units_of
-from demospec.planning._results import Envelope, Plan
+from demospec.planning._plan import map_of, planned, scale_of, units_of
+from demospec.planning._results import Envelope, Plan, Zone
 from demospec.planning.exports._into_frame import into_frame
 from demospec.scene import Scene
+
+if TYPE_CHECKING:
+    from demospec.planning.constrained import Requirements
 
 MOST_CELLS = 4_000_000
 """An exported map has about so many cells at most."""
@@ -42,6 +45,8 @@ class ExportRequest:
         speed_m_s: For time stamps; > 0.
         axes: The frame of the set's coordinates.
         units: Of the set.
+        asked: What the rule asks besides clearances; None where that is nothing.
+        clearances: The zones of its clearances alone.
     """
 
     scene: Scene
@@ -50,6 +55,8 @@ class ExportRequest:
     speed_m_s: float = SPEED_M_S
     axes: Frame = PICTURE
     units: str = "px"
+    asked: Requirements | None = None
+    clearances: tuple[Zone, ...] = ()
 
     @property
     def frame_id(self) -> str:
@@ -91,17 +98,23 @@ class ExportRequest:
         if not self.plan.found:
             row = f"scene {self.scene.scene_id}"
             raise InputError("a plan to export", self.plan.reason, row=row, field="plan")
-        return self.plan.points
+        return self.plan.points[:, :2]
 
     def timed_path(self, spacing: float | None = None) -> tuple[FloatArray, FloatArray]:
-        """Seconds (n,) at constant speed, and points (n, 2) in set units, `spacing` apart (by
-        default a hundredth of the map).
+        """Seconds (n,), and points (n, 2) in set units, `spacing` apart (by default a hundredth of
+        the map).
 
-        The plan's own corners are among the points, so that the polyline is the plan.
+        The speed is constant, unless the plan has times of its own. The plan's own corners are
+        among the points, so that the polyline is the plan.
         """
         from demospec.demonstrations import densify
 
-        points = densify(self.path, self.cost_map.extent / 100 if spacing is None else spacing)
+        apart = self.cost_map.extent / 100 if spacing is None else spacing
+        path = self.path
+        if self.plan.t is not None:
+            fine = densify(np.column_stack([path, self.plan.t]), apart)
+            return fine[:, 2], fine[:, :2]
+        points = densify(path, apart)
         steps = np.hypot(*np.diff(points, axis=0).T) * self.scale_m
         return np.concatenate([[0.0], np.cumsum(steps)]) / self.speed_m_s, points
 
@@ -131,9 +144,11 @@ def export_request(
     """
     if not (np.isfinite(speed_m_s) and speed_m_s > 0):
         raise InputError("a speed > 0 (m/s)", speed_m_s, field="speed")
+    scale = scale_of(rules, scene)
     plan, constraint = planned(
         rules, scene, type, envelope, planner=planner, resolution=resolution, symbols=symbols,
         unknown_clearance=unknown_clearance, anyway=anyway,
+        cruise=None if scale is None else speed_m_s / scale,
     )  # fmt: skip
     # The map asks for what the plan kept: less where it starts or ends nearer to something.
     where = map_of(constraint, plan.metres_per_unit, resolution)
@@ -142,7 +157,14 @@ def export_request(
     units = units_of(rules_in(rules, scene))
     return into_frame(
         ExportRequest(
-            scene, where, plan, speed_m_s, Frame.of_units(units) if axes is None else axes, units
+            scene,
+            where,
+            plan,
+            speed_m_s,
+            Frame.of_units(units) if axes is None else axes,
+            units,
+            constraint.asked,
+            constraint.zones,
         )
     )
 

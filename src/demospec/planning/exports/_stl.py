@@ -3,7 +3,8 @@
 One signal per object that matters: `d_NAME`, the distance of the path to it in set units. Sample
 i is the exact least distance over the i-th straight piece of the path, so that the formula's
 verdict is exactly that of the checker: robustness ≥ 0 where the rule is kept, and the robustness
-is the margin.
+is the margin. One signal more per constraint, `c_NAME`: its margin on the i-th piece, in its own
+unit, ≥ 0 always (to have come near: once); of a sum, such as the length, that of the whole path.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from __future__ import annotations
 import csv
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -29,13 +31,19 @@ def write_stl(request: ExportRequest, folder: Path) -> None:
     Raises:
         InputError: The rule is an influence rule: its budget is an integral, not STL.
     """
-    if any(z.reach > z.radius for z in request.cost_map.zones):
+    where = request.cost_map
+    if request.asked is not None:  # the areas of constraints have signals of their own
+        where = replace(where, zones=request.clearances)
+    if any(z.reach > z.radius for z in where.zones):
         raise InputError(
             "a clearance rule (a budget F_max is an integral, which STL does not have)",
             "an influence rule",
             field="rules",
         )
-    formula, variables = stl_formula(request.cost_map)
+    formula, variables = stl_formula(where)
+    signals = stl_signals(where, request.path)
+    if request.asked is not None:
+        formula = _with_constraints(request, formula, variables, signals)
     (folder / "rule.stl").write_text(formula + "\n", encoding="utf-8")
     document: dict[str, Any] = {
         "formula": formula,
@@ -44,13 +52,40 @@ def write_stl(request: ExportRequest, folder: Path) -> None:
         "metres_per_unit": request.cost_map.metres_per_unit,
     }
     (folder / "rule.json").write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
-    signals = stl_signals(request.cost_map, request.path)
     with (folder / "signals.csv").open("w", newline="", encoding="utf-8") as stream:
         rows = csv.writer(stream)
         rows.writerow(list(signals))
         rows.writerows(
             [[repr(float(v)) for v in row] for row in zip(*signals.values(), strict=True)]
         )
+
+
+def _with_constraints(
+    request: ExportRequest,
+    formula: str,
+    variables: dict[str, str],
+    signals: dict[str, FloatArray],
+) -> str:
+    """The formula with a part a constraint; variables and signals are added in place."""
+    from demospec.planning.constrained import margin_signals
+
+    assert request.asked is not None
+    plan = request.plan
+    points, columns = plan.points, plan.columns
+    if "execution" in request.asked.how:  # upright, as it is to be carried
+        points = np.column_stack([points, np.zeros(len(points))])
+        columns = (*columns, "tilt")
+    parts = [formula]
+    rows = len(signals["time"])
+    for name, when, values in margin_signals(request.asked, request.scene, points, plan.t, columns):
+        variable = "c_" + re.sub(r"\W", "_", name, flags=re.ASCII)
+        while variable in variables:
+            variable += "_"
+        variables[variable] = name
+        padded = np.concatenate([values, np.repeat(values[-1:], rows - len(values))])
+        signals[variable] = padded
+        parts.append(f"{when}({variable} >= 0)")
+    return " and ".join(f"({part})" for part in parts)
 
 
 def stl_formula(cost_map: CostMap) -> tuple[str, dict[str, str]]:
