@@ -58,7 +58,7 @@ def predict(
 
     A demonstration without type gets one entry for each type of the model. p_valid is null
     where the model cannot judge (a rule on a scene that lists no objects). An ensemble adds
-    p_valid_sd, the standard deviation of its members.
+    p_valid_sd, the standard deviation of its members; a rule with constraints adds why.
     """
     from demospec.demonstrations import count_rows, read_set
     from demospec.errors import InputError
@@ -88,6 +88,8 @@ def predict(
                "p_valid": "p(valid)", "verdict": "verdict"}  # fmt: skip
     if any(item.p_valid_sd is not None for item in answer.items):
         columns["p_valid_sd"] = "spread"
+    if any(item.why is not None for item in answer.items):
+        columns["why"] = "why"
     if conformal is not None and calibrate is not None:
         columns["verdict"] = f"verdict (wrong at most {conformal:.3g})"
         _add_verdicts(document, fitted, data, conformal, calibrate)

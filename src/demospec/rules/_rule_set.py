@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from demospec.demonstrations import Paths, Verdict
+from demospec.demonstrations import Motion, Paths, Verdict
 from demospec.errors import CannotJudgeError, InputError
 from demospec.frames import FloatArray, metres_of_unit
 from demospec.geometry import nearest_on_paths
@@ -20,6 +20,7 @@ from demospec.rules.constraints._constraint import Constraint
 from demospec.scene import Footprint, Scene
 
 if TYPE_CHECKING:
+    from demospec.rules.constraints._judge import Worst
     from demospec.rules.influence._rule import InfluenceRule
 
 ANYONE = "anyone"
@@ -259,6 +260,18 @@ class RuleView:
     def p_valid(self, paths: Paths, type: str) -> FloatArray:
         """(n,) 0 or 1."""
         return self.p_of_logits(self.logits(paths, type))
+
+    def broken(self, path: Motion | FloatArray, type: str) -> list[Worst]:
+        """The type's constraints that a path breaks, and where; the one it breaks most first.
+
+        Args:
+            path: With times and columns, or bare places (n, 2): then what needs more is kept.
+        """
+        from demospec.rules.constraints._judge import worst
+
+        found = [worst(c, self.scene, path) for c in self.model.of_type(type).constraints]
+        broken = [one for one in found if one.margin < 0]
+        return sorted(broken, key=lambda w: w.margin / (abs(w.constraint.value) or 1.0))
 
     def verdicts(self, paths: Paths, type: str) -> list[Verdict]:
         """One verdict a path; `unknown` where a learned rule's demonstrations decide nothing."""

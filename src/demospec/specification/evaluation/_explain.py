@@ -13,10 +13,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from demospec.demonstrations import DifferentiableView, View, resample
+from demospec.demonstrations import DifferentiableView, Motion, Motions, View, resample
 from demospec.errors import InputError
 from demospec.frames import FloatArray, describe_length
 from demospec.geometry import extent
+from demospec.rules import RuleView, Worst, broken_words
 from demospec.scene import SceneObject
 
 _POINTS = 200
@@ -78,7 +79,7 @@ class Explanation:
 
 def explain(
     view: View,
-    path: ArrayLike,
+    path: ArrayLike | Motion,
     type: str,
     *,
     units: str = "px",
@@ -95,14 +96,20 @@ def explain(
 
     Args:
         view: A model that has seen the scene.
-        path: (n, 2), pixels.
+        path: (n, 2), pixels; or a motion with times and columns, for rules that ask for more
+            than places.
         type: User type whose verdict is explained.
         units, metres_per_unit: For the sentence.
         counterfactual: Look for the push that would make a rejected path valid. Without it the
             place and its object are named only, in a tenth of the time.
         symbols: Classes that can decide; None: every listed object can.
     """
-    points = resample(np.asarray(path, dtype=np.float64)[:, :2], _POINTS)
+    motion = path if isinstance(path, Motion) else Motion(np.asarray(path, dtype=np.float64)[:, :2])
+    if isinstance(view, RuleView) and view.model.of_type(type).constraints:
+        broken = view.broken(motion, type)
+        if broken:
+            return _of_constraint(view, motion, broken[0], type)
+    points = resample(motion.xy, _POINTS)
     logit = float(view.logits(points[None], type)[0])
     slope = _slope(view, points, type)
     objects = tuple(o for o in view.scene.objects or () if symbols is None or o.symbol in symbols)
@@ -137,6 +144,28 @@ def explain(
             metres_per_unit,
             tried=counterfactual,
         ),
+    )
+
+
+def _of_constraint(view: RuleView, motion: Motion, worst: Worst, type: str) -> Explanation:
+    """The constraint that a path breaks most; no push in the plane is looked for."""
+    share = 0.5 if worst.share is None else worst.share
+    item = next((o for o in view.scene.objects or () if o.id in worst.objects), None)
+    place = motion.at(share)
+    gap = None if item is None else float(item.outline.signed_distance(np.array(place)))
+    words = broken_words(worst, view.model.units, view.model.metres_per_unit)
+    return Explanation(
+        valid=False,
+        logit=float(view.logits(Motions([motion]), type)[0]),
+        place=place,
+        share=share,
+        object_id=None if item is None else item.id,
+        symbol=None if item is None else item.symbol,
+        gap=gap,
+        further=None,
+        flips=False,
+        counterfactual=None,
+        sentence=f"{type} rejects the path {words}.",
     )
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from demospec.demonstrations import (
     DemonstrationSet,
     JudgingView,
+    Motions,
     Paths,
     ValidityModel,
     Verdict,
@@ -21,6 +22,7 @@ from demospec.demonstrations import (
 )
 from demospec.errors import CannotJudgeError, InputError
 from demospec.progress import Progress, silent
+from demospec.rules import RuleView, broken_words
 from demospec.specification.models._ensemble import UncertainView
 
 
@@ -29,7 +31,8 @@ class Prediction:
     """p(valid) of one demonstration for one user type; None where the model cannot judge.
 
     An ensemble adds the standard deviation of its members' p(valid); None from other models.
-    `verdict` is ``unknown`` where the model cannot judge, or knows that nothing decides.
+    `verdict` is ``unknown`` where the model cannot judge, or knows that nothing decides. `why`
+    names the constraint of a rule that a rejected path breaks, and the place.
     """
 
     demo_id: str
@@ -38,6 +41,7 @@ class Prediction:
     p_valid: float | None
     p_valid_sd: float | None = None
     verdict: Verdict = "unknown"
+    why: str | None = None
 
     def to_json(self) -> dict[str, Any]:
         """One entry of the document of ``demospec predict``."""
@@ -50,6 +54,8 @@ class Prediction:
         }
         if self.p_valid_sd is not None:
             entry["p_valid_sd"] = self.p_valid_sd
+        if self.why is not None:
+            entry["why"] = self.why
         return entry
 
 
@@ -81,7 +87,7 @@ def predict(
         CannotJudgeError: No scene of the set can be judged.
     """
     d = data.demonstrations
-    found: dict[tuple[int, str], tuple[float, float | None, Verdict]] = {}
+    found: dict[tuple[int, str], tuple[float, float | None, Verdict, str | None]] = {}
     views = Views(model, data, progress)
     for _, rows, view in views:
         for type_ in model.types:
@@ -93,7 +99,10 @@ def predict(
                 if isinstance(view, UncertainView):
                     sd = view.p_valid_sd(paths, type_).tolist()
                 said = verdicts_of(view, paths, type_, p)
-                found.update({(i, type_): (p[k], sd[k], said[k]) for k, i in enumerate(mine)})
+                why = reasons(view, paths, type_, said)
+                found.update(
+                    {(i, type_): (p[k], sd[k], said[k], why[k]) for k, i in enumerate(mine)}
+                )
     views.refuse_if_none()
     items = []
     unknown: dict[str, None] = {}
@@ -101,7 +110,7 @@ def predict(
         for type_ in model.types if d.type[i] is None else (d.type[i],):
             if type_ not in model.types:
                 unknown[type_] = None
-            judged = found.get((i, type_), (None, None, "unknown"))
+            judged = found.get((i, type_), (None, None, "unknown", None))
             items.append(Prediction(d.demo_id[i], d.scene_id[i], type_, *judged))
     return Predictions(tuple(items), views.unjudged, tuple(unknown))
 
@@ -111,6 +120,22 @@ def verdicts_of(view: View, paths: Paths, type_: str, p_valid: list[float]) -> l
     if isinstance(view, JudgingView):
         return view.verdicts(paths, type_)
     return ["accept" if p > 0.5 else "reject" for p in p_valid]
+
+
+def reasons(view: View, paths: Motions, type_: str, said: list[Verdict]) -> list[str | None]:
+    """Of rejected paths, the constraint that they break most: ``rejected at 63 % of the way: …``.
+
+    None where nothing is rejected, or for another reason than a constraint.
+    """
+    out: list[str | None] = [None] * len(said)
+    if not isinstance(view, RuleView) or not view.model.of_type(type_).constraints:
+        return out
+    for i, (motion, verdict) in enumerate(zip(paths.motions, said, strict=True)):
+        broken = view.broken(motion, type_) if verdict == "reject" else []
+        if broken:
+            words = broken_words(broken[0], view.model.units, view.model.metres_per_unit)
+            out[i] = f"rejected {words}"
+    return out
 
 
 def predict_part(model: ValidityModel, data: DemonstrationSet) -> Predictions:
