@@ -28,3 +28,11 @@ def until(holds: Callable[[], bool], found: Callable[[], Any] = lambda: "") -> N
     while not holds():
         assert time.monotonic() < end, found()
         time.sleep(0.05)
+
+
+def person(page: Any, name: str) -> Any:
+    """The field for somebody else's name on the Teach page, filled."""
+    page.get_by_text("Somebody else…").click()
+    field = page.get_by_label("Who?")
+    field.fill(name)
+    return field

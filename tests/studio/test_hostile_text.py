@@ -90,7 +90,7 @@ def test_no_text_of_others_runs_on_any_page(new_tab: Any, address: str) -> None:
         "window.refused = []; document.addEventListener('securitypolicyviolation',"
         " e => window.refused.push(e.violatedDirective + ' ' + e.sample));"
     )
-    for name in ("teach", "explore", "results", "docs"):
+    for name in ("table", "teach", "check", "demonstrations", "explore", "results", "docs"):
         answer = page.goto(f"{address}/{name}")
         policy = answer.headers["content-security-policy"]
         assert "'unsafe-inline'" not in policy.split("script-src")[1].split(";")[0]

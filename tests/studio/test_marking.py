@@ -69,13 +69,8 @@ def test_the_page_says_what_to_do_next(bench: Workbench) -> None:
     state = TeachState(bench)
     assert "from the circle to the star" in state.hint
     state.do("scene", "table")
-    assert "What stands here" in state.hint
-    with pytest.raises(NotNow, match="Say first what the object is"):
-        state.do("mark", {"scene": "table", "points": loop(50, 50, 5)})
-    state.do("object_word", "cup")
-    with pytest.raises(NotNow, match="loop"):
-        state.do("mark", {"scene": "table", "points": [[1, 1], [2, 2]]})
-    state.do("mark", {"scene": "table", "points": loop(50, 50, 5)})
+    assert "mark the objects under Table" in state.hint
+    bench.mark("table", [("cup", loop(50, 50, 5))], actor="a")
     assert "from the circle to the star" in state.hint
     with pytest.raises(NotNow, match="Draw a path first"):
         state.do("key", "accept")

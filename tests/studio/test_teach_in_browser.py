@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from studio_tabs import opened, ready, until
+from studio_tabs import opened, person, ready, until
 
 from demospec import read_set
 from demospec.demonstrations import bezier_points
@@ -72,9 +72,7 @@ def teaching(page: Any, studio: Studio, type_: str = "normal") -> Any:
     """Opens Teach, names the type, and stays in a scene until told."""
     opened(page, studio.address + "/teach")
     page.get_by_label("Next scene").select_option(label="when I say")
-    field = page.get_by_label("Type")
-    field.fill(type_)
-    field.press("Enter")
+    person(page, type_).press("Enter")
     page.wait_for_function(f"document.body.innerText.includes('Paths of {type_}')")
     return page
 
@@ -168,7 +166,8 @@ def test_nothing_can_be_done_before_the_page_has_reached_the_studio(
     page.goto(studio_of.address + "/teach")
     page.wait_for_selector(".people")
     page.wait_for_function("document.body.dataset.ready === 'no'")
-    field = page.get_by_label("Type")
+    page.evaluate("document.getElementById('new-person').open = true")
+    field = page.get_by_label("Who?")
     before = field.input_value()
     assert page.evaluate("getComputedStyle(document.body).cursor") == "progress"
     box = field.bounding_box()
@@ -186,8 +185,7 @@ def test_nothing_can_be_done_before_the_page_has_reached_the_studio(
 
 
 def test_a_lost_connection_stops_the_hand_and_keeps_the_words(tab: Any, studio_of: Studio) -> None:
-    field = tab.get_by_label("Type")
-    field.fill("unsent")
+    field = person(tab, "unsent")
     tab.evaluate("window.socket.disconnect()")
     tab.wait_for_selector("body[data-ready=no]")
     tab.keyboard.type("!")
@@ -209,8 +207,7 @@ def test_a_lost_connection_stops_the_hand_and_keeps_the_words(tab: Any, studio_o
 
 def test_words_that_are_being_typed_stay(tab: Any, studio_of: Studio, small_set: Path) -> None:
     """An update of the page from anywhere set the field back to what it last said."""
-    field = tab.get_by_label("Type")
-    field.fill("careful")
+    field = person(tab, "careful")
     demos = studio_of.shown()
     scene_id, shown = curves(small_set)
     stroke = {"scene_id": scene_id, "points": shown[0][0].tolist(), "type": "normal"}
@@ -225,7 +222,7 @@ def test_words_that_are_being_typed_stay(tab: Any, studio_of: Studio, small_set:
 
 def test_a_late_answer_does_not_overwrite_what_is_typed(tab: Any, studio_of: Studio) -> None:
     """The answer to one field, late on a busy machine, set all fields to what they had been."""
-    field = tab.get_by_label("Type")
+    field = person(tab, "")
     studio_of.process.send_signal(signal.SIGSTOP)
     tab.get_by_label("Next scene").select_option(label="after 5 verdicts")
     field.fill("careful")

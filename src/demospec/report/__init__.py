@@ -62,7 +62,7 @@ if TYPE_CHECKING:
         RunRecord,
     )
     from demospec.report.run._run import Run, read_run
-    from demospec.report.sections._people import more_answers
+    from demospec.report.sections._people import more_answers, people_of
 
 __all__ = [
     "AuditEntry",
@@ -105,6 +105,7 @@ __all__ = [
     "more_answers",
     "objects_svg",
     "over_svg",
+    "people_of",
     "paths_svg",
     "points_of",
     "read_run",
@@ -156,6 +157,7 @@ _HOME = {
     "joined": "drawing._markup",
     "look_of": "_looks",
     "more_answers": "sections._people",
+    "people_of": "sections._people",
 }  # fmt: skip
 
 

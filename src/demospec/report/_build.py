@@ -10,7 +10,7 @@ from demospec.report.run._run import Run, read_run
 from demospec.report.sections._glossary import glossary_of
 from demospec.report.sections._learned import cares, doubts, sure
 from demospec.report.sections._models import accuracy, computed, in_unseen_scenes, repairs
-from demospec.report.sections._people import people, sentence_of
+from demospec.report.sections._people import people_of, sentence_of
 from demospec.report.sections._plans import own_opinion, planned_words, plans
 from demospec.report.sections._shown import shown
 
@@ -37,7 +37,7 @@ def build_report(run: Path | Run) -> Report:
         ),
         summary=_summary(found),
         sections=sections,
-        people=people(found),
+        people=people_of(found),
         glossary=glossary_of(sections),
     )
 

@@ -15,10 +15,9 @@ from demospec.report.pictures._scene import draw_scene, new_figure, to_png
 from demospec.scene import Scene
 
 if TYPE_CHECKING:
-    from demospec.demonstrations import DemonstrationSet
     from demospec.planning import CostMap, Plan
     from demospec.report.run._documents import PlanEntry
-    from demospec.rules import RuleSet
+    from demospec.report.run._run import Run
 
 # Okabe–Ito: told apart by colour-blind people too.
 _OTHER = ("#009E73", "#D55E00", "#E69F00", "#56B4E9")
@@ -72,16 +71,18 @@ def draw_plan(
         figure.savefig(temporary, format="png")
 
 
-def plan_panels(data: DemonstrationSet, rules: RuleSet | None, plans: Sequence[PlanEntry]) -> bytes:
+def plan_panels(run: Run, plans: Sequence[PlanEntry]) -> bytes:
     """PNG: a panel a plan, with the zones of its rules where the scene lists its objects."""
     from demospec.planning import cost_map
 
     figure, panels = new_figure(len(plans), title_lines=2)
     for axes, plan in zip(panels, plans, strict=True):
-        scene = data.scene(plan.scene)
-        length = describe_length(plan.length or 0.0, data.metres_per_unit, data.units)
+        scene = run.data.scene(plan.scene)
+        scale = run.data.scale_of(scene)
+        length = describe_length(plan.length or 0.0, scale, run.data.units)
         title = f"{plan.type or 'anyone'}, scene {scene.scene_id}\n{length}"
         draw_scene(axes, scene, title, outlines=True)
+        rules = run.rules_at(scene)
         if rules is not None and scene.objects is not None and plan.type in rules.types:
             draw_zones(axes, cost_map(rules, scene, plan.type))
         draw_line(axes, np.asarray(plan.points, dtype=float)[:, :2])

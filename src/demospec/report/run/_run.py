@@ -30,7 +30,8 @@ from demospec.report.run._documents import (
     read_document,
     repairs_of,
 )
-from demospec.rules import RuleSet, rules_from_document
+from demospec.rules import RuleSet, rules_from_document, rules_in_unit
+from demospec.scene import Scene
 
 
 @dataclass(frozen=True)
@@ -60,6 +61,18 @@ class Run:
     truth: RuleSet | None = None
     curves: Mapping[str, tuple[CurveRow, ...]] = field(default_factory=dict)
     changes: tuple[LabelChange, ...] = ()
+
+    def rules_at(self, scene: Scene) -> RuleSet | None:
+        """The rules in the units of a scene, whatever its picture's scale is.
+
+        None where nobody knows how the two compare.
+        """
+        if self.rules is None:
+            return None
+        try:
+            return rules_in_unit(self.rules, self.data.units, self.data.scale_of(scene))
+        except InputError:
+            return None
 
     @property
     def types(self) -> tuple[str, ...]:

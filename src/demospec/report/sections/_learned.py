@@ -182,7 +182,7 @@ def _clearances(run: Run) -> Table:
             credible.append(name)
         for symbol, value in clearance.value.items():
             length = describe_length(
-                value, run.data.metres_per_unit, run.data.units,
+                value, run.rules.metres_per_unit, run.rules.units,
                 interval=clearance.interval.get(symbol),
             )  # fmt: skip
             rows.append((name, symbol, length, _chance(chance, symbol), count))

@@ -28,7 +28,7 @@ table: once four are left, each clearance is known to about a hundredth."""
 SHOWN_NAMES = 6
 
 
-def people(run: Run) -> tuple[Person, ...]:
+def people_of(run: Run) -> tuple[Person, ...]:
     """A card for every type that has a rule."""
     if run.rules is None:
         return ()
@@ -62,7 +62,7 @@ def sentence_of(run: Run, name: str) -> str:
         return rules.sentence
     return clearance_words(
         rules.clearance.value, rules.clearance.relevant, rules.clearance.uninformed,
-        metres_per_unit=run.data.metres_per_unit, units=run.data.units,
+        metres_per_unit=run.rules.metres_per_unit, units=run.rules.units,
         distance=rules.clearance.distance,
     )  # fmt: skip
 
@@ -200,11 +200,11 @@ def _picture(
     mine: list[Demonstration] = [
         d[int(i)] for i in np.flatnonzero((d.scene_id == scene.scene_id) & (d.type == name))
     ]
-    scale, units = run.data.metres_per_unit, run.data.units
-    rings = rings_svg(scene, rules.clearance, scale, units)
-    words = ring_words_svg(
-        scene, rules.clearance, scale, units, unknown=unknown_classes(rules, evidence)
-    )
+    scale, units = run.data.scale_of(scene), run.data.units
+    here = run.rules_at(scene)
+    rule = None if here is None else here.rules[name].clearance
+    rings = rings_svg(scene, rule, scale, units)
+    words = ring_words_svg(scene, rule, scale, units, unknown=unknown_classes(rules, evidence))
     parts = [rings, paths_svg(mine)]
     told = ["Rings: the clearance kept, dashed its least and solid its greatest value."]
     told = told if rings else []

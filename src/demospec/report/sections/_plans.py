@@ -121,7 +121,7 @@ def _pictures(run: Run) -> Figure | None:
     if not picked:
         return None
     return Figure(
-        plan_panels(run.data, run.rules, picked),
+        plan_panels(run, picked),
         "For each type the plan that goes the longest way round (blue, from circle to star); "
         "shaded what it keeps clear of.",
         "Top-down scenes with the regions to keep clear of and the planned paths.",

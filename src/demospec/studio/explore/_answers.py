@@ -56,7 +56,7 @@ def look(
         rule = clearance_of(view, question.type)
         reason = explain(
             view, path, question.type, counterfactual=not moving,
-            units=explorer.units, metres_per_unit=explorer.metres_per_unit,
+            units=explorer.units, metres_per_unit=explorer.scale_of(question.scene_id),
             symbols=None if rule is None else rule.relevant,
         )  # fmt: skip
         verdict = verdict_of(view, path, question.type)
@@ -119,7 +119,7 @@ def mend(explorer: Explorer, question: Question) -> dict[str, Any]:
         control = (float(found.control[0, 0, 0]), float(found.control[0, 0, 1]))
         path = path_of(view.scene, control)
         change = float(np.hypot(*(path - path_of(view.scene, question.control)).T).max())
-        length = describe_length(change, explorer.metres_per_unit, explorer.units)
+        length = describe_length(change, explorer.scale_of(question.scene_id), explorer.units)
         return {
             "steps": [[round(float(v), 3) for v in z[0]] for z in found.trace[0]],
             "control": list(control),
@@ -225,7 +225,8 @@ def _open(explorer: Explorer, view: View, path: Any, type: str) -> dict[str, Any
         return nothing
     gap, item = min(near, key=lambda entry: entry[0])
     place = path[int(np.argmin(item.outline.signed_distance(path)))]
-    length = describe_length(max(gap, 0.0), explorer.metres_per_unit, explorer.units)
+    scale = explorer.scale_of(view.scene.scene_id)
+    length = describe_length(max(gap, 0.0), scale, explorer.units)
     return {
         "sentence": f"Not known: no answer shows whether {type} accepts a path {length} from "
         f"{item.id}.",
@@ -241,7 +242,7 @@ def _rings(explorer: Explorer, view: View, type: str) -> str:
     rule = clearance_of(view, type)
     if rule is None or not isinstance(view, RuleView):
         return ""
-    scale, units = explorer.metres_per_unit, explorer.units
+    scale, units = explorer.scale_of(view.scene.scene_id), explorer.units
     clear_of, _ = thresholds(view, type)
     unknown = [s for s in clear_of if s not in rule.value]
     drawn = rings_svg(view.scene, rule, scale, units)

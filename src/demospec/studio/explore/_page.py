@@ -97,28 +97,31 @@ class _Table:
                 "control": list(control),
                 "scene": scene_document(shown, Edits()),
                 "units": explorer.units,
-                "metres_per_unit": explorer.metres_per_unit,
+                "metres_per_unit": explorer.scale_of(scene),
             }
 
 
 def _explorer_of(workbench: Workbench) -> Explorer:
-    models = {name: _seeing(model, workbench) for name, model in workbench.models().items()}
+    # A fitted model is shown pictures only: what it knows of objects it has to see.
+    pictures = all(scene.picture is not None for scene in workbench.scenes)
+
+    def at(name: str, scene_id: str) -> ValidityModel:
+        from demospec.experiments import PicturesOnly
+
+        model = workbench.model_at(name, scene_id)
+        return PicturesOnly(model) if pictures and not isinstance(model, RuleSet) else model
+
+    scales = {workbench.scale_of(s.scene_id) for s in workbench.scenes}
     return Explorer(
         workbench.scenes,
-        models,
+        workbench.models(),
         workbench.demonstrations,
         truth=TRUTH,
         units=workbench.units,
-        metres_per_unit=workbench.metres_per_unit,
+        metres_per_unit=next(iter(scales)) if len(scales) == 1 else None,
+        scale_of=workbench.scale_of,
+        at=at,
     )
-
-
-def _seeing(model: ValidityModel, workbench: Workbench) -> ValidityModel:
-    """A fitted model is shown pictures only: what it knows of objects it has to see."""
-    from demospec.experiments import PicturesOnly
-
-    pictures = all(scene.picture is not None for scene in workbench.scenes)
-    return PicturesOnly(model) if pictures and not isinstance(model, RuleSet) else model
 
 
 def _endpoint(answer: Callable[[dict[str, Any]], dict[str, Any]]) -> Callable[..., Any]:

@@ -11,7 +11,7 @@ import itertools
 import secrets
 import threading
 from collections import OrderedDict
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
@@ -141,7 +141,11 @@ class Explorer:
         demonstrations: Of these scenes; a rejected one is where a tab begins.
         truth: Name of the model among them that made the labels, where there is one: it judges
             what other models repaired or sampled.
-        units, metres_per_unit: As in the set.
+        units: Of the scenes.
+        metres_per_unit: Of the scenes, for what is added; None where unknown.
+        scale_of: Scene → its metres per unit; by default `metres_per_unit` of all.
+        at: (model's name, scene) → the model as it may look at that scene; raises what is said
+            to the person where it may not. By default the model itself.
     """
 
     def __init__(
@@ -153,6 +157,8 @@ class Explorer:
         truth: str | None = None,
         units: str = "px",
         metres_per_unit: float | None = None,
+        scale_of: Callable[[str], float | None] | None = None,
+        at: Callable[[str, str], ValidityModel] | None = None,
     ) -> None:
         self._serial = f"{_RUN}-{next(_SERIALS)}"
         self.scenes = {scene.scene_id: scene for scene in scenes}
@@ -160,6 +166,9 @@ class Explorer:
         self.truth = truth if truth in models else None
         self.units = units
         self.metres_per_unit = metres_per_unit
+        self.scale_of = scale_of or (lambda scene_id: metres_per_unit)
+        self._at = at or (lambda name, scene_id: self.models[name])
+        self._adapted: OrderedDict[tuple[str, str], ValidityModel] = OrderedDict()
         self.lock = threading.RLock()  # models and drawing are not made for several threads
         self._demonstrations = demonstrations
         self._editor: Editor | None = None
@@ -218,7 +227,11 @@ class Explorer:
         if key in self._views:
             self._views.move_to_end(key)
             return self._views[key]
-        return _kept(self._views, key, model.see(self.scene(question.scene_id, chosen)))
+        at = (question.model, question.scene_id)
+        if at not in self._adapted:
+            _kept(self._adapted, at, self._at(*at))
+        seen = self._adapted[at].see(self.scene(question.scene_id, chosen))
+        return _kept(self._views, key, seen)
 
     def true_view(self, question: Question) -> View | None:
         """The rule that made the labels, looking at the same scene; None where unknown."""

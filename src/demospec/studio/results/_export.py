@@ -13,8 +13,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from demospec.demonstrations import write_set
-from demospec.errors import InputError
+from demospec.errors import DemospecError, InputError
 from demospec.rules import RuleSet, rules_document
+from demospec.studio.session._scales import OtherScale
 from demospec.studio.session._workspace import Workbench
 
 if TYPE_CHECKING:
@@ -37,6 +38,10 @@ TAUGHT, GIVEN_RUN = "taught", "run"
 """What a report is about: what was taught here, or the run that the studio was started with."""
 
 
+class CannotPlan(DemospecError):
+    """Why no plan is made: a sentence for the person at the page."""
+
+
 @dataclass(frozen=True)
 class Choices:
     """What can be asked for, and why something cannot.
@@ -46,12 +51,14 @@ class Choices:
         scenes: Scenes that can be planned in.
         missing: Form → why it cannot be had now; the others can.
         missing_in: Scene → why nothing can be planned there.
+        missing_for: Name of a rule set → type → why nothing can be planned for it.
     """
 
     rules: Mapping[str, tuple[str, ...]]
     scenes: tuple[str, ...]
     missing: Mapping[str, str]
     missing_in: Mapping[str, str]
+    missing_for: Mapping[str, Mapping[str, str]]
 
 
 def choices(workbench: Workbench) -> Choices:
@@ -72,6 +79,23 @@ def choices(workbench: Workbench) -> Choices:
         tuple(s.scene_id for s in workbench.scenes),
         missing,
         {s.scene_id: why for s in workbench.scenes if (why := _cannot_plan(workbench, s.scene_id))},
+        {
+            name: {t: why for t in rules.types if (why := _unexplained(rules, t))}
+            for name, rules in known.items()
+        },
+    )
+
+
+def _unexplained(rules: RuleSet, type: str) -> str:
+    """Why a rule is not planned with: its answers do not tell it from chance."""
+    fit = rules.of_type(type).fit
+    if fit is None or fit.verdict != "not":
+        return ""
+    if fit.contradicted:
+        return "Distances do not explain these answers: a robot must not go by this rule."
+    return (
+        f"{fit.n} {'answer is' if fit.n == 1 else 'answers are'} too few to tell this rule from "
+        "chance: show a few more paths, about as many to accept as to reject."
     )
 
 
@@ -118,21 +142,28 @@ def export(
     name = rules or next(iter(known))
     if name not in known:
         raise InputError(f"one of {', '.join(known)}", name, field="rules")
-    if form == "rules":
-        text = json.dumps(rules_document(known[name]), indent=1)
-        return "rules.json", "application/json", text.encode()
-    return _planned(workbench, form, known[name], scene, type)
+    if form in PLANNED:
+        return _planned(workbench, form, name, scene, type)
+    text = json.dumps(rules_document(known[name]), indent=1)
+    return "rules.json", "application/json", text.encode()
 
 
 def _planned(
-    workbench: Workbench, form: str, rules: RuleSet, scene: str, type: str
+    workbench: Workbench, form: str, name: str, scene: str, type: str
 ) -> tuple[str, str, bytes]:
-    from dataclasses import replace
-
     from demospec.planning import export_request, export_to
 
-    scaled = replace(rules, metres_per_unit=workbench.scale_of(scene))
-    request = export_request(scaled, workbench.scene(scene), type or None)
+    why = _cannot_plan(workbench, scene)
+    if why:
+        raise OtherScale(why)
+    rules = workbench.model_at(name, scene)
+    if not isinstance(rules, RuleSet):
+        raise InputError("rules to plan with", name, field="rules")
+    why = _unexplained(rules, type) if type in rules.types else ""
+    if why:
+        raise CannotPlan(why)
+    frame = None if workbench.original is None else workbench.original.axes
+    request = export_request(rules, workbench.scene(scene), type or None, axes=frame)
     with tempfile.TemporaryDirectory() as place:
         if form == "mcap":
             file = Path(place) / "plan.mcap"

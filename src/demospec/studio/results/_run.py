@@ -26,22 +26,24 @@ MOST_PLANNED = 3
 def taught_run(workbench: Workbench) -> Run | None:
     """Set, rules, questions, audit, plans and changed labels as they stand; None without a path.
 
-    Every part is what the command of the same name would answer.
+    Every part is what the command of the same name would answer. Pictures of unknown scale
+    beside others of known scale are shown, and not learned from.
     """
     data = workbench.data()
     if data is None:
         return None
-    rules = workbench.rules()
+    basis = next(iter(workbench.bases()))
+    rules, learned = workbench.rules(basis), workbench.comparable(basis)
     record = RunRecord(
         command="demospec studio", python=platform.python_version(), machine=platform.platform(),
         versions={"demospec": version("demospec")},
     )  # fmt: skip
     changes = label_changes(workbench)
-    if rules is None:
+    if rules is None or learned is None:
         return Run(data, record=record, changes=changes)
     return Run(
-        data, record=record, rules=rules, query=_questions(data, rules), audit=_audit(data),
-        plans=_plans(data, rules), changes=changes,
+        data, record=record, rules=rules, query=_questions(workbench, learned, rules),
+        audit=_audit(learned), plans=_plans(workbench, basis, rules), changes=changes,
     )  # fmt: skip
 
 
@@ -62,14 +64,20 @@ def label_changes(workbench: Workbench) -> tuple[LabelChange, ...]:
     return tuple(changes)
 
 
-def _questions(data: DemonstrationSet, rules: RuleSet) -> dict[str, QueryEntry]:
+def _questions(
+    workbench: Workbench, data: DemonstrationSet, rules: RuleSet
+) -> dict[str, QueryEntry]:
     found = {}
     for name in rules.types:
         try:
             asked = question(data, name)
         except InputError:
             continue
-        found[name] = QueryEntry.model_validate(asked.to_json())
+        document = asked.to_json()
+        if asked.points is not None:
+            points = workbench.in_scene(data, str(asked.scene), asked.points)
+            document["points"] = points.tolist()
+        found[name] = QueryEntry.model_validate(document)
     return found
 
 
@@ -85,16 +93,20 @@ def _audit(data: DemonstrationSet) -> tuple[AuditEntry, ...] | None:
     return tuple(AuditEntry.model_validate(entry) for entry in found)
 
 
-def _plans(data: DemonstrationSet, rules: RuleSet) -> tuple[PlanEntry, ...]:
+def _plans(workbench: Workbench, basis: str, rules: RuleSet) -> tuple[PlanEntry, ...]:
     from demospec.planning import plan_path
 
-    shown = {str(scene_id) for scene_id in data.demonstrations.scene_id}
-    scenes = [s for s in data.scenes if s.objects is not None and s.scene_id in shown]
+    shown = {d.scene_id for d in workbench.demonstrations}
+    scenes = [
+        s for s in workbench.scenes
+        if s.objects is not None and s.scene_id in shown and workbench.basis_of(s.scene_id) == basis
+    ]  # fmt: skip
     plans = []
     for name in rules.types:
         for scene in scenes[:MOST_PLANNED]:
+            here = workbench.rules_of(basis, scene.scene_id)
             try:
-                plan = plan_path(rules, scene, name)
+                plan = plan_path(here, scene, name)
             except InputError as error:  # start or goal inside a zone: an outcome
                 plans.append(
                     PlanEntry(scene=scene.scene_id, type=name, status="refused", reason=str(error))

@@ -11,12 +11,14 @@ from fastapi.responses import JSONResponse, Response
 from markupsafe import Markup
 from pydantic import BaseModel, ConfigDict, Field
 
-from demospec.errors import InputError, OutputError
+from demospec.errors import DemospecError, InputError, OutputError
 from demospec.report import joined
+from demospec.studio.review._endpoints import review_router
 from demospec.studio.server._elements import element
 from demospec.studio.session._replay import demonstration_body, png_of, scene_body
 from demospec.studio.session._upload import scene_from_picture
 from demospec.studio.session._workspace import Workbench
+from demospec.studio.table._endpoints import actor_of, table_router
 from demospec.studio.teach._summary import how_many_more, question, understand
 
 ACTOR = "api"
@@ -58,6 +60,8 @@ def register(workbench: Workbench) -> None:
 def install(app: Any, workbench: Workbench) -> Any:
     """Adds the end points to a FastAPI application; returns their router."""
     router = build_router(workbench)
+    for more in (table_router, review_router):
+        router.routes.extend(more(workbench).routes)
     app.include_router(router)
 
     async def refuse(_: Any, error: Exception) -> JSONResponse:
@@ -71,7 +75,7 @@ def install(app: Any, workbench: Workbench) -> Any:
     async def cannot_keep(_: Any, error: Exception) -> JSONResponse:
         return JSONResponse({"detail": str(error)}, status_code=507)
 
-    app.add_exception_handler(InputError, refuse)
+    app.add_exception_handler(DemospecError, refuse)
     app.add_exception_handler(RequestValidationError, refuse_fields)
     app.add_exception_handler(OutputError, cannot_keep)
     return router
@@ -174,14 +178,14 @@ def build_router(bench: Workbench) -> Any:
         bench.label(demo_id, verdict.valid, actor=ACTOR)
         return demonstration_body(bench.standing.demonstrations[demo_id])
 
-    @router.post("/undo", summary="Undo the last action made through the API")
-    def post_undo() -> dict[str, Any]:
-        event = bench.undo(ACTOR)
+    @router.post("/undo", summary="Undo the last action made through the API, or of a tab")
+    def post_undo(actor: str = "") -> dict[str, Any]:
+        event = bench.undo(actor_of(actor))
         return {"undone": None if event is None else event.kind}
 
     @router.post("/redo", summary="Redo it")
-    def post_redo() -> dict[str, Any]:
-        event = bench.redo(ACTOR)
+    def post_redo(actor: str = "") -> dict[str, Any]:
+        event = bench.redo(actor_of(actor))
         return {"redone": None if event is None else event.kind}
 
     @router.get("/understood", summary="What was understood of one type")

@@ -17,11 +17,18 @@ REPORT_STYLES = "/report-static"
 """Style sheets of the report: scenes look the same here and there."""
 
 PAGES = (
+    ("table", "Table", "/table"),
     ("teach", "Teach", "/teach"),
+    ("check", "Check", "/check"),
+    ("demonstrations", "Demonstrations", "/demonstrations"),
     ("explore", "Explore", "/explore"),
     ("results", "Results", "/results"),
     ("docs", "API", "/docs"),
 )
+
+
+WAY = ("table", "teach", "check", "results")
+"""Pages that show the steps of the way."""
 
 
 @contextmanager
@@ -60,6 +67,10 @@ def page_frame(title: str, active: str, *, script: str | None = None) -> Iterato
             for key, words, path in PAGES:
                 here = Markup(' aria-current="page"') if key == active else ""
                 element(Markup('<a href="{}"{}>{}</a>').format(path, here, words))
+    if active in WAY:
+        with ui.element("div").classes("steps-bar"):
+            element(tag="ol").props(f'id=steps data-active={active} aria-label="The way"')
+            element(tag="p").props("id=steps-missing")
     with ui.element("div").classes(f"studio-main page-{active}") as main:
         element(title, "h1").classes("out-of-sight")
         main.props("inert" if script is None else "inert data-prepares")

@@ -57,10 +57,12 @@ def serve(
     from demospec.report import STYLES
     from demospec.studio.explore import _page as _explore
     from demospec.studio.results import _page as _results
+    from demospec.studio.review import _page as _review
     from demospec.studio.server import _api
     from demospec.studio.server._frame import ADDRESS, REPORT_STYLES, STATIC
     from demospec.studio.server._guard import Guard
     from demospec.studio.server._policy import Policy
+    from demospec.studio.table import _page as _table
     from demospec.studio.teach import _page as _teach
 
     workbench = Workbench(set_folder, model, run, out=out, scenes_only=scenes_only)
@@ -70,7 +72,7 @@ def serve(
     app.get("/", include_in_schema=False)(lambda: RedirectResponse("/teach"))
     app.add_middleware(Policy)
     app.add_middleware(Guard, token=token)  # the last one added comes first
-    for page in (_teach, _explore, _results, _api):
+    for page in (_table, _teach, _review, _explore, _results, _api):
         page.register(workbench)
     keep_written(workbench)
     first = "/teach" if not token else f"/teach?token={quote(token, safe='')}"

@@ -99,11 +99,13 @@ class RulesSoFar:
 
 def _learned(data: DemonstrationSet | None) -> RuleSet | None:
     from demospec.rules import learn_rules
-    from demospec.studio.session._distance_cache import near, passing
+    from demospec.studio.session._distance_cache import fits, near, passing
 
     if data is None:
         return None
     try:
-        return learn_rules(data, split=None, influence=False, measure=near, passing=passing)
+        return learn_rules(
+            data, split=None, influence=False, measure=near, passing=passing, memory=fits
+        )
     except InputError:  # no label yet, or no scene that lists its objects
         return None

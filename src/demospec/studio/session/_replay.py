@@ -14,6 +14,9 @@ from demospec.errors import InputError
 from demospec.scene import Picture, Polygon, Relation, Scene, SceneObject
 from demospec.studio.session._journal import Event, effective
 
+UNNAMED = "unnamed "
+"""Begins the class word of an object that was found and that nobody has named."""
+
 
 @dataclass(frozen=True)
 class Taught:
@@ -26,6 +29,7 @@ class Taught:
         labelled: Demonstration → number of the event that gave it its label; none for the set's.
         kept: Rejected demonstration → number of the event in which a person said that it and
             what contradicted it then are both right.
+        renamed: Scene → the name that it came with, where it has another now.
     """
 
     scenes: Mapping[str, Scene]
@@ -33,6 +37,11 @@ class Taught:
     unlisted: frozenset[str] = frozenset()
     labelled: Mapping[str, int] = field(default_factory=dict)
     kept: Mapping[str, int] = field(default_factory=dict)
+    renamed: Mapping[str, str] = field(default_factory=dict)
+
+    def came_as(self, scene_id: str) -> str:
+        """The name that a scene came with."""
+        return self.renamed.get(scene_id, scene_id)
 
     def in_scene(self, scene_id: str) -> list[Demonstration]:
         """Those of one scene."""
@@ -58,6 +67,7 @@ def taught(
     unlisted = {s.scene_id for s in all_scenes.values() if s.objects is None}
     labelled: dict[str, int] = {}
     kept: dict[str, int] = {}
+    renamed: dict[str, str] = {}
     for event in effective(events):
         body = event.body
         if event.kind == "scene":
@@ -72,6 +82,9 @@ def taught(
             known = all_scenes.get(body["scene_id"])
             if known is not None:
                 all_scenes[known.scene_id] = SCENE_CHANGES[event.kind](known, body)
+        elif event.kind in ("drop_scene", "rename_scene"):
+            if body["scene_id"] in all_scenes:
+                _reorder_scenes(all_scenes, demos, unlisted, renamed, event)
         elif event.kind == "keep":
             kept |= dict.fromkeys(body["demo_ids"], event.seq)
         elif event.kind == "add":
@@ -84,7 +97,34 @@ def taught(
                 labelled[demo.demo_id] = event.seq
         else:
             _change_demonstrations(demos, labelled, event)
-    return Taught(all_scenes, demos, frozenset(unlisted), labelled, kept)
+    return Taught(all_scenes, demos, frozenset(unlisted), labelled, kept, renamed)
+
+
+def _reorder_scenes(
+    scenes: dict[str, Scene],
+    demos: dict[str, Demonstration],
+    unlisted: set[str],
+    renamed: dict[str, str],
+    event: Event,
+) -> None:
+    """A scene that goes with its demonstrations, or that gets another name."""
+    old = event.body["scene_id"]
+    if event.kind == "drop_scene":
+        del scenes[old]
+        for name in [n for n, d in demos.items() if d.scene_id == old]:
+            del demos[name]
+        return
+    new = event.body["name"]
+    kept = {new if n == old else n: s for n, s in scenes.items()}
+    scenes.clear()
+    scenes.update(kept)
+    scenes[new] = replace(scenes[new], scene_id=new)
+    renamed[new] = renamed.pop(old, old)
+    if old in unlisted:
+        unlisted.add(new)
+    for name, demo in demos.items():
+        if demo.scene_id == old:
+            demos[name] = replace(demo, scene_id=new)
 
 
 def _change_demonstrations(
@@ -129,8 +169,13 @@ def _move_ends(scene: Scene, body: Mapping[str, Any]) -> Scene:
     return replace(scene, start=tuple(body["start"]), goal=tuple(body["goal"]))
 
 
+def _measure(scene: Scene, body: Mapping[str, Any]) -> Scene:
+    return replace(scene, metres_per_unit=body["metres_per_unit"])
+
+
 SCENE_CHANGES: Mapping[str, Callable[[Scene, Mapping[str, Any]], Scene]] = {
     "mark": _mark, "unmark": _unmark, "object": _change_object, "ends": _move_ends,
+    "scale": _measure,
 }  # fmt: skip
 
 
@@ -177,6 +222,7 @@ def scene_of(body: Mapping[str, Any], blob: bytes | None) -> Scene:
         objects=None if objects is None else tuple(object_from_json(o) for o in objects),
         picture=picture,
         split=body.get("split", "train"),
+        metres_per_unit=body.get("metres_per_unit"),
         relations=tuple(
             Relation(str(r["kind"]), (str(r["between"][0]), str(r["between"][1])))
             for r in body.get("relations", ())
@@ -195,6 +241,7 @@ def scene_body(scene: Scene) -> dict[str, Any]:
         "size_px": None if scene.size_px is None else list(scene.size_px),
         "objects": objects,
         "relations": [r.to_json() for r in scene.relations],
+        "metres_per_unit": scene.metres_per_unit,
     }
 
 

@@ -4,45 +4,45 @@ from __future__ import annotations
 
 import hashlib
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from demospec.demonstrations import (
     Demonstration,
     Demonstrations,
     DemonstrationSet,
     ValidityModel,
-    checked_points,
     read_set,
     simulate_set,
     write_set,
 )
 from demospec.errors import InputError, OutputError
+from demospec.frames import FloatArray
 from demospec.scene import Scene
-from demospec.studio.session._journal import Event, Journal
+from demospec.studio.session._actions import Actions
+from demospec.studio.session._journal import Journal
 from demospec.studio.session._models import SO_FAR, ModelFiles, RulesSoFar
-from demospec.studio.session._replay import (
-    Taught,
-    demonstration_body,
-    object_about,
-    png_of,
-    scene_body,
-    taught,
+from demospec.studio.session._replay import Taught, png_of, scene_body, taught
+from demospec.studio.session._scales import (
+    METRES,
+    OtherScale,
+    basis_of,
+    comparable,
+    rules_at,
 )
 
 if TYPE_CHECKING:
     from demospec.rules import RuleSet
 
-MAX_STROKE_POINTS = 5000
-"""Longest stroke that is taken from a browser or a request."""
-
 TYPES = ("me",)
 """User types offered where the set names none."""
 
 
-class Workbench:
+class Workbench(Actions):
     """Everything the pages and the API share; safe to use from any thread.
 
     Args:
@@ -85,7 +85,7 @@ class Workbench:
         self._parsed: dict[int, Scene | Demonstration] = {}
         self._standing: tuple[int, Taught] | None = None
         self._models = ModelFiles(model, run, set_folder)
-        self._rules = RulesSoFar()
+        self._rules: dict[str, RulesSoFar] = {}
         self._listeners: list[Callable[[], None]] = []
         before = () if scenes_only or self.original is None else self.original.demonstrations
         self.before: tuple[Demonstration, ...] = tuple(before)
@@ -113,8 +113,21 @@ class Workbench:
 
     def scale_of(self, scene_id: str) -> float | None:
         """Metres per unit of one scene, or None where nobody has said it."""
-        self.scene(scene_id)
+        scene = self.scene(scene_id)
+        if scene.metres_per_unit is not None or not self.of_set(scene_id):
+            return scene.metres_per_unit
         return self.metres_per_unit
+
+    def of_set(self, scene_id: str) -> bool:
+        """Whether the scene came with the set that the studio was started with."""
+        return self.original is not None and self.standing.came_as(scene_id) in (
+            self.original.scene_index
+        )
+
+    def basis_of(self, scene_id: str) -> str:
+        """What a scene's lengths are compared with; see `comparable`."""
+        scale = self.scale_of(scene_id)
+        return basis_of(self.scene(scene_id), scale, self.of_set(scene_id))
 
     @property
     def standing(self) -> Taught:
@@ -141,14 +154,6 @@ class Workbench:
     def scenes(self) -> tuple[Scene, ...]:
         """All scenes, in order."""
         return tuple(self.standing.scenes.values())
-
-    def scene(self, scene_id: str) -> Scene:
-        """The scene of that id; InputError where there is none."""
-        found = self.standing.scenes.get(scene_id)
-        if found is None:
-            known = ", ".join(list(self.standing.scenes)[:8])
-            raise InputError(f"a scene ({known}, …)", scene_id, field="scene_id")
-        return found
 
     @property
     def demonstrations(self) -> tuple[Demonstration, ...]:
@@ -180,160 +185,37 @@ class Workbench:
             return None
         columns = ("x", "y") if self.original is None else self.original.columns
         demos = [_padded(d, len(columns)) for d in shown.values()]
+        scales = {name: self.scale_of(name) for name in now.scenes}
+        common = self.metres_per_unit
+        if self.original is None and len(set(scales.values())) == 1:
+            common = next(iter(scales.values()))
         return DemonstrationSet(
-            scenes=tuple(now.scenes.values()),
+            # A scene says its own scale where it is not the set's.
+            scenes=tuple(
+                replace(s, metres_per_unit=None if scales[name] == common else scales[name])
+                for name, s in now.scenes.items()
+            ),
             demonstrations=Demonstrations.of(demos, len(columns)),
             name=self.name,
             units=self.units,
-            metres_per_unit=self.metres_per_unit,
+            metres_per_unit=common,
             symbols=self.symbols,
             types=self.types,
             columns=columns,
             extra=() if self.original is None else self.original.extra,
+            frame=None if self.original is None else self.original.frame,
         )
 
-    # What people do. `actor` is the browser tab (or ``api``): undo undoes one's own.
-
-    def draw(
-        self,
-        scene_id: str,
-        points: Any,
-        *,
-        actor: str,
-        type: str | None = None,
-        demonstrator: str | None = None,
-        valid: bool | None = None,
-        t: Sequence[float] | None = None,
-    ) -> Demonstration:
-        """Keeps a new demonstration and returns it under its new id.
-
-        Raises:
-            InputError: No such scene; not a path; outside the picture.
-        """
-        scene = self.scene(scene_id)
-        path = checked_points(points, 2)
-        if not 2 <= len(path) <= MAX_STROKE_POINTS:
-            found = f"{len(path)} points"
-            raise InputError(f"2 to {MAX_STROKE_POINTS} points", found, field="points")
-        if t is not None and len(t) != len(path):
-            raise InputError(f"{len(path)} times", len(t), field="t")
-        with self._lock, self.journal.alone():
-            demo = Demonstration(
-                self.next_id(), scene.scene_id, path, _word(type, "type"),
-                _word(demonstrator, "demonstrator"), valid,
-                None if t is None else _times(t),
-            )  # fmt: skip
-            # The set that this would make is checked before anything is kept.
-            DemonstrationSet(
-                (scene,), Demonstrations.of([demo]), units=self.units, symbols=self.symbols,
-                types=(demo.type,) if demo.type else (),
-            )  # fmt: skip
-            self.journal.append_within("add", demonstration_body(demo), actor=actor)
-        self._changed()
-        return demo
-
-    def next_id(self) -> str:
-        """The id that the next demonstration will have, unless another process draws first."""
-        taken = set(self.standing.demonstrations) | {
-            str(e.body.get("demo_id")) for e in self.journal.events()
-        }
-        number = 1
-        while f"drawn-{number:04d}" in taken:
-            number += 1
-        return f"drawn-{number:04d}"
-
-    def label(self, demo_id: str, valid: bool | None, *, actor: str) -> None:
-        """Accepts (True), rejects (False) or takes back the verdict (None)."""
-        self._must_stand(demo_id)
-        self.journal.append("label", {"demo_id": demo_id, "valid": valid}, actor=actor)
-        self._changed()
-
-    def edit(self, demo_id: str, *, actor: str, **changes: str | None) -> None:
-        """Changes ``type`` or ``demonstrator``."""
-        self._must_stand(demo_id)
-        for key, word in changes.items():
-            if key not in ("type", "demonstrator"):
-                raise InputError("type or demonstrator", key, field="changes")
-            _word(word, key)
-        self.journal.append("edit", {"demo_id": demo_id, "changes": changes}, actor=actor)
-        self._changed()
-
-    def delete(self, demo_id: str, *, actor: str) -> None:
-        """Takes a demonstration away; undo brings it back."""
-        self._must_stand(demo_id)
-        self.journal.append("delete", {"demo_id": demo_id}, actor=actor)
-        self._changed()
-
-    def add_scene(self, scene: Scene, *, actor: str) -> None:
-        """Adds a scene; its id must be new."""
-        if scene.scene_id in self.standing.scenes:
-            raise InputError("a new scene id", scene.scene_id, field="scene_id")
-        self.journal.append("scene", scene_body(scene), actor=actor, blob=png_of(scene))
-        self._changed()
-
-    def may_mark(self, scene_id: str) -> bool:
-        """Whether people may list this scene's objects: where the set does not."""
-        return scene_id in self.standing.unlisted
-
-    def mark(
-        self, scene_id: str, found: Sequence[tuple[str, Any]], *, actor: str
-    ) -> tuple[str, ...]:
-        """Lists objects of a scene; returns their new ids.
+    def comparable(self, basis: str, *instead: Demonstration) -> DemonstrationSet | None:
+        """What is learned from together; None while it has no demonstration.
 
         Args:
-            found: Class word and points about the object, (n, 2) pixels; their convex hull is
-                its footprint.
-
-        Raises:
-            InputError: The set lists this scene's objects; not a word; not a loop.
+            basis: As of `basis_of`.
+            instead: As of `data`.
         """
-        scene = self.scene(scene_id)
-        if not self.may_mark(scene_id):
-            raise InputError("a scene whose objects are not listed", scene_id, field="scene_id")
-        with self._lock, self.journal.alone():
-            taken = {o.id for o in self.standing.scenes[scene_id].objects or ()}
-            things = []
-            for word, points in found:
-                symbol = _word(word, "symbol")
-                if symbol is None:
-                    raise InputError("a word for the object", "none", field="symbol")
-                number = 0
-                while f"{symbol}-{number}" in taken:
-                    number += 1
-                taken.add(f"{symbol}-{number}")
-                things.append(object_about(f"{symbol}-{number}", symbol, points, scene))
-            body = {"scene_id": scene_id, "objects": [o.to_json() for o in things]}
-            self.journal.append_within("mark", body, actor=actor)
-        self._changed()
-        return tuple(o.id for o in things)
-
-    def unmark(self, scene_id: str, object_id: str, *, actor: str) -> None:
-        """Takes a marked object off the list."""
-        listed = {o.id for o in self.scene(scene_id).objects or ()}
-        if not self.may_mark(scene_id) or object_id not in listed:
-            raise InputError("an object that was marked", object_id, field="id")
-        body = {"scene_id": scene_id, "id": object_id}
-        self.journal.append("unmark", body, actor=actor)
-        self._changed()
-
-    def keep(self, demo_ids: Sequence[str], *, actor: str) -> None:
-        """Says of rejected demonstrations that they and what contradicts them are right."""
-        for name in demo_ids:
-            self._must_stand(name)
-        self.journal.append("keep", {"demo_ids": list(demo_ids)}, actor=actor)
-        self._changed()
-
-    def undo(self, actor: str) -> Event | None:
-        """Takes back the actor's last action; what it was, or None."""
-        event = self.journal.undo(actor)
-        self._changed()
-        return event
-
-    def redo(self, actor: str) -> Event | None:
-        """Does it again; what it was, or None."""
-        event = self.journal.redo(actor)
-        self._changed()
-        return event
+        data = self.data(*instead)
+        bases = {s.scene_id: self.basis_of(s.scene_id) for s in self.scenes}
+        return None if data is None else comparable(data, basis, bases)
 
     def on_change(self, listener: Callable[[], None]) -> None:
         """Calls `listener`, from any thread, after every change made in this process."""
@@ -359,35 +241,95 @@ class Workbench:
         Loaded once; the rules understood so far are as they stand now. A model whose library
         is absent is left out.
         """
-        so_far = self.rules()
-        found = self._models.all()
-        return found if so_far is None else {SO_FAR: so_far, **found}
+        return {**self._so_far(), **self._models.all()}
 
     def rule_sets(self) -> Mapping[str, RuleSet]:
         """The `models` that are rule files; no network is loaded for them."""
-        so_far = self.rules()
-        found = self._models.rule_files()
-        return found if so_far is None else {SO_FAR: so_far, **found}
+        return {**self._so_far(), **self._models.rule_files()}
 
-    def rules(self) -> RuleSet | None:
-        """Clearance rules from what stands, or None while there is nothing to learn from."""
-        return self._rules.of(self.version, self.data)
+    def model_at(self, name: str, scene_id: str) -> ValidityModel:
+        """A model that may look at a scene; rules in the units of that scene.
+
+        Raises:
+            InputError: No such model or scene.
+            OtherScale: It was made for pictures of another scale, and nobody knows how they
+                compare.
+        """
+        from demospec.rules import RuleSet
+
+        known = self.models()
+        if name not in known:
+            raise InputError(f"one of {', '.join(known) or 'no models'}", name, field="model")
+        model, mine = known[name], self.of_set(scene_id)
+        if not isinstance(model, RuleSet):
+            if not mine:
+                raise OtherScale(f"{name} was fitted to pictures of another table and scale.")
+            return model
+        basis = self._learned_on(name)
+        scale = self.scale_of(scene_id)
+        # A rule file speaks of the set's pixels where a scale is missing, and of no others.
+        same = basis not in (None, METRES) and basis == self.basis_of(scene_id)
+        same |= basis is None and mine and None in (model.metres_per_unit, scale)
+        return rules_at(model, self.units, scale, same)
+
+    def rules_of(self, basis: str, scene_id: str) -> RuleSet:
+        """The rules of a basis in the units of one of its scenes.
+
+        Raises:
+            InputError: There are none.
+            OtherScale: The scene is on another basis.
+        """
+        rules = self.rules(basis)
+        if rules is None:
+            raise InputError("an accepted or rejected path", "none", field="rules")
+        same = basis != METRES and basis == self.basis_of(scene_id)
+        return rules_at(rules, self.units, self.scale_of(scene_id), same)
+
+    def in_scene(self, data: DemonstrationSet, scene_id: str, points: Any) -> FloatArray:
+        """Points of a set that is learned from (`comparable`) in the units of their scene."""
+        scale = self.scale_of(scene_id)
+        xy = np.asarray(points, dtype=np.float64)
+        if scale is None or data.metres_per_unit is None:
+            return xy
+        return xy * (data.metres_per_unit / scale)
+
+    def rules(self, basis: str = METRES) -> RuleSet | None:
+        """Clearance rules from what stands, or None while there is nothing to learn from.
+
+        Args:
+            basis: Of which scenes, as of `basis_of`.
+        """
+        with self._lock:
+            found = self._rules.setdefault(basis, RulesSoFar())
+        return found.of(self.version, lambda: self.comparable(basis))
+
+    def bases(self) -> list[str]:
+        """Those on which something was shown; scenes of known scale come first."""
+        shown = {d.scene_id for d in self.demonstrations}
+        found = dict.fromkeys(self.basis_of(s) for s in self.standing.scenes if s in shown)
+        return sorted(found, key=lambda basis: basis != METRES)
+
+    def _so_far(self) -> dict[str, RuleSet]:
+        learned = {basis: self.rules(basis) for basis in self.bases()}
+        return {
+            SO_FAR if i == 0 else f"{SO_FAR}, {basis}": rules
+            for i, (basis, rules) in enumerate(learned.items())
+            if rules is not None
+        }
+
+    def _learned_on(self, name: str) -> str | None:
+        """The basis of rules that were learned here; None of a file."""
+        named = {SO_FAR if i == 0 else f"{SO_FAR}, {b}": b for i, b in enumerate(self.bases())}
+        return named.get(name)
 
     def close(self) -> None:
         self.journal.close()
 
-    def _must_stand(self, demo_id: str) -> None:
-        if demo_id not in self.standing.demonstrations:
-            raise InputError("a demonstration that is there", demo_id, field="demo_id")
-
-    def _changed(self) -> None:
-        for listener in list(self._listeners):
-            listener()
-
     def _lay_new_scenes(self) -> None:
         data, _ = simulate_set(train_scenes=12, test_scenes=1, demonstrations=1, seed=0)
         for scene in data.scenes[:12]:
-            self.journal.append("scene", scene_body(scene), actor="studio", blob=png_of(scene))
+            scaled = replace(scene, metres_per_unit=data.metres_per_unit)
+            self.journal.append("scene", scene_body(scaled), actor="studio", blob=png_of(scene))
 
 
 def _beside(set_folder: Path | None) -> Path:
@@ -412,23 +354,4 @@ def _padded(demo: Demonstration, columns: int) -> Demonstration:
     missing = columns - demo.points.shape[1]
     if missing == 0:
         return demo
-    import numpy as np
-
     return replace(demo, points=np.pad(demo.points, ((0, 0), (0, missing))))
-
-
-def _word(word: str | None, field: str) -> str | None:
-    if word is None or word == "":
-        return None
-    if len(word) > 60 or not word.isprintable():
-        raise InputError("a name of at most 60 printable characters", word, field=field)
-    return word
-
-
-def _times(t: Sequence[float]) -> Any:
-    import numpy as np
-
-    stamps = np.asarray(t, dtype=np.float64)
-    if not np.isfinite(stamps).all() or (np.diff(stamps) < 0).any():
-        raise InputError("finite times that do not fall", "others", field="t")
-    return stamps

@@ -1,7 +1,7 @@
 // Drawing of the Explore page: documents and state in, SVG out. No state is kept here.
 import { placeOf } from "./explore.js";
+import { html, node } from "./parts.js";
 
-const NS = "http://www.w3.org/2000/svg";
 const MODES = ["#0072b2", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#d55e00"];
 
 export const SAID = {
@@ -10,19 +10,6 @@ export const SAID = {
   unknown: { mark: "?", word: "not known", does: "not known of this path", look: "open" },
 };
 export const percent = (p) => `${(100 * p).toFixed(p > 0.995 || p < 0.005 ? 0 : 1)} %`;
-
-function node(name, attributes = {}, ...children) {
-  const made = document.createElementNS(NS, name);
-  for (const [key, value] of Object.entries(attributes)) if (value !== null) made.setAttribute(key, value);
-  made.append(...children);
-  return made;
-}
-export function html(name, attributes = {}, ...children) {
-  const made = document.createElement(name);
-  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
-  made.append(...children);
-  return made;
-}
 
 const titled = (words) => { const t = node("title"); t.textContent = words; return t; };
 const curve = (scene, control) =>

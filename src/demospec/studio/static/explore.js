@@ -1,19 +1,12 @@
 // Explore: all state of the tab is here; the server only answers questions about it.
-import { SAID, chip, drawMap, drawSides, drawSmall, drawStage, html, percent } from "./explore-draw.js";
+import { SAID, chip, drawMap, drawSides, drawSmall, drawStage, percent } from "./explore-draw.js";
+import { html, waitFor } from "./parts.js";
 import { prepared, ready } from "./connection.js";
 
 const root = await waitFor("#explore");
 const state = { scene: null, model: null, type: null, control: [0, 0], moved: {}, added: [], removed: [] };
 const view = { open: null, doc: null, steps: null, paths: null, selected: "control", stale: false };
 const still = matchMedia("(prefers-reduced-motion: reduce)");
-
-async function waitFor(selector) {
-  for (;;) {
-    const found = document.querySelector(selector);
-    if (found) return found;
-    await new Promise((done) => setTimeout(done, 30));
-  }
-}
 
 async function ask(what, body) {
   const answer = await fetch(`/explore/api/${what}`, {

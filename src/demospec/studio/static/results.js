@@ -1,13 +1,6 @@
 // Results: downloads stay on the page, and the report comes once it is written.
 import { prepared } from "./connection.js";
-
-async function waitFor(selector) {
-  for (;;) {
-    const found = document.querySelector(selector);
-    if (found) return found;
-    await new Promise((done) => setTimeout(done, 30));
-  }
-}
+import { html, steps, waitFor } from "./parts.js";
 
 const take = await waitFor("#take");
 const choices = JSON.parse(take.dataset.choices);
@@ -18,7 +11,8 @@ const planned = ["nav2", "moveit", "mcap"];
 // Why a form cannot be had with what is chosen, or nothing.
 function missing(form) {
   if (choices.missing[form]) return choices.missing[form];
-  return planned.includes(form) ? choices.missing_in[field("scene").value] ?? "" : "";
+  if (!planned.includes(form)) return "";
+  return choices.missing_in[field("scene").value] ?? choices.missing_for[field("rules").value]?.[field("type").value] ?? "";
 }
 
 function show() {
@@ -29,11 +23,17 @@ function show() {
     button.title = why;
     if (why) reasons.set(why, [...(reasons.get(why) ?? []), button.textContent]);
   }
+  look();
   take.querySelector("#take-why").replaceChildren(...[...reasons].map(([why, names]) => {
-    const line = document.createElement("span");
-    line.textContent = `${names.join(", ")}: ${why}`;
-    return line;
+    return html("span", {}, `${names.join(", ")}: ${why}`);
   }));
+}
+
+// The ticks, for the scene and the person that are chosen.
+async function look() {
+  const query = new URLSearchParams({ scene_id: field("scene").value, type: field("type").value });
+  const answer = await fetch(`/api/steps?${query}`);
+  if (answer.ok) steps(document, (await answer.json()).steps, field("scene").value, field("type").value);
 }
 
 async function download(form) {
@@ -66,7 +66,11 @@ take.addEventListener("click", (e) => {
   if (form) download(form);
 });
 take.addEventListener("change", () => { types(); show(); });
+// A link may say which scene and person.
+const linked = new URLSearchParams(location.search);
+if ([...field("scene").options].some((o) => o.value === linked.get("scene"))) field("scene").value = linked.get("scene");
 types();
+if ([...field("type").options].some((o) => o.value === linked.get("type"))) field("type").value = linked.get("type");
 show();
 prepared();
 
@@ -78,9 +82,7 @@ if (place) {
     if (!answer.ok) throw new Error(text);
     place.innerHTML = text; // the studio's own markup: whatever came from files is escaped in it
   } catch (error) {
-    const line = Object.assign(document.createElement("p"), { className: "re-said wrong" });
-    line.textContent = `The report cannot be shown. ${error.message}`;
-    place.replaceChildren(line);
+    place.replaceChildren(html("p", { class: "re-said wrong" }, `The report cannot be shown. ${error.message}`));
   }
   place.ariaBusy = "false";
 }

@@ -1,12 +1,13 @@
 // Drawing on the Teach page: a stroke is collected here and sent once, on release.
 import { handshake, prepared, ready } from "./connection.js";
+import { steps } from "./parts.js";
 
 const NS = "http://www.w3.org/2000/svg";
 const MOST_BYTES = 12 * 1024 * 1024; // as the server has it
 const REACH = 0.1; // of the picture's width: how near a stroke must begin and end
 const $ = (id) => document.getElementById(id);
 const tab = sessionStorage.demospecTab || (sessionStorage.demospecTab = "tab-" + Math.random().toString(36).slice(2, 12));
-let stroke = null, control = null, said = "", marking = false;
+let stroke = null, control = null, said = "";
 
 const pen = () => $("pen");
 const info = () => JSON.parse($("stage").dataset.scene || "null");
@@ -49,8 +50,8 @@ function begin(e) {
   if (!scene) return;
   pen().setPointerCapture(e.pointerId);
   const p = place(e);
-  const atStart = !marking && near(p, scene.start);
-  stroke = { points: [atStart ? scene.start : p], t: [0], from: e.timeStamp, began: marking || atStart, marking };
+  const began = near(p, scene.start);
+  stroke = { points: [began ? scene.start : p], t: [0], from: e.timeStamp, began };
   cancelCurve();
   e.preventDefault(); pen().focus({ preventScroll: true });
 }
@@ -69,23 +70,11 @@ function end(e) {
   clear("drawing");
   const last = done.points[done.points.length - 1];
   if (done.points.length < 3) { const id = pathAt(e); if (id) send("teach_pick", id); return; }
-  if (done.marking) {
-    mark(false);
-    heldUntil = 0; tell(""); // the loop is drawn: nobody need be told to draw it
-    return send("teach_mark", { scene: scene.id, points: done.points });
-  }
   if (!done.began) return warn("Begin at the circle: that is where the motion starts.");
   if (!near(last, scene.goal)) return warn("End at the star: that is where the motion must arrive.");
   // The stroke ends at the goal itself; its last point is where the hand let go.
   done.points[done.points.length - 1] = scene.goal;
   send("teach_stroke", { scene: scene.id, points: done.points, t: rising(done.t) });
-}
-// The next stroke is a loop about an object, not a path.
-function mark(on) {
-  marking = on;
-  $("mark").setAttribute("aria-pressed", String(on));
-  if (on && !$("object-word").value.trim()) { mark(false); $("object-word").focus(); return warn("Say first what the object is, for example cup."); }
-  if (on) warn("Draw a loop around the " + $("object-word").value.trim() + ".");
 }
 function under(e, what) { return document.elementsFromPoint(e.clientX, e.clientY).map((x) => x.closest(what)).find(Boolean); }
 function pathAt(e) { return under(e, ".path")?.dataset.id; }
@@ -129,7 +118,7 @@ function key(e) {
     send("teach_stroke", { scene: info().id, points, t: null });
     return e.preventDefault();
   }
-  if (e.key === "Escape") { mark(false); cancelCurve(); stroke = null; clear("drawing"); return; }
+  if (e.key === "Escape") { cancelCurve(); stroke = null; clear("drawing"); return; }
   const letter = e.key.toLowerCase(), held = e.ctrlKey || e.metaKey;
   let what = null;
   if (held && letter === "z") what = e.shiftKey ? "redo" : "undo";
@@ -177,7 +166,7 @@ async function addPicture(file) {
   try {
     const answer = await fetch("/api/scenes?name=" + name, { method: "POST", body: file, headers: { "Content-Type": "application/octet-stream" } });
     const text = await answer.text();
-    if (answer.ok) return send("teach_scene", JSON.parse(text).scene_id);
+    if (answer.ok) return location.assign("/table?scene=" + encodeURIComponent(JSON.parse(text).scene_id));
     let why = text;
     try { why = JSON.parse(text).detail; } catch { /* plain words of the guard */ }
     warn("That picture cannot be used: " + why);
@@ -188,6 +177,10 @@ async function addPicture(file) {
 const typed = new Set();
 function remember(state, fields) {
   sessionStorage.demospecTeach = JSON.stringify(state);
+  // A link or a new tab opens the same view.
+  const kept = new URLSearchParams({ scene: state.scene, type: state.type });
+  if (state.chosen) kept.set("path", state.chosen);
+  history.replaceState(null, "", "?" + kept);
   for (const [id, value] of Object.entries(fields)) if (!typed.has(id)) $(id).value = value;
   prepared(); // the studio has answered this tab's greeting
 }
@@ -202,15 +195,27 @@ async function start() {
   document.addEventListener("keydown", key);
   document.addEventListener("input", (e) => typed.add(e.target.id));
   document.addEventListener("change", (e) => typed.delete(e.target.id));
-  $("mark").addEventListener("click", () => mark(!marking));
+  // A new person begins where somebody says so, not where words are typed.
+  const add = () => {
+    const name = $("type-field").value.trim();
+    if (!name) return warn("Say first who it is.");
+    $("type-field").value = ""; typed.delete("type-field"); $("new-person").open = false;
+    send("teach_type", name);
+  };
+  $("add-person").addEventListener("click", add);
+  $("type-field").addEventListener("keydown", (e) => { if (e.key === "Enter") add(); });
   $("replay").addEventListener("click", replay);
   $("picture-file").addEventListener("change", (e) => { addPicture(e.target.files[0]); e.target.value = ""; });
   window.teachRemember = remember;
   window.teachTell = warn;
+  window.teachSteps = (all, scene, type) => steps(document, all, scene, type);
   new MutationObserver(() => { heldUntil = 0; tell(""); }).observe(stage, { attributeFilter: ["data-hint"] });
   tell("");
   let kept = {};
   try { kept = JSON.parse(sessionStorage.demospecTeach || "{}"); } catch { kept = {}; }
+  const linked = new URLSearchParams(location.search);
+  for (const [name, key] of [["scene", "scene"], ["type", "type"], ["path", "chosen"]]) if (linked.get(name)) kept[key] = linked.get(name);
+  if (linked.get("scene") && !linked.get("path")) kept.chosen = null;
   send("teach_hello", { tab, ...kept });
 }
 start();

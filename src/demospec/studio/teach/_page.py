@@ -8,7 +8,7 @@ from typing import Any
 
 from demospec.errors import DemospecError
 from demospec.studio.session._workspace import Workbench
-from demospec.studio.teach._state import TeachState
+from demospec.studio.teach._state import TeachState, Wanted
 from demospec.studio.teach._view import TeachView
 
 LOOK_S = 0.15
@@ -49,23 +49,21 @@ def register(workbench: Workbench) -> None:
                 await run.io_bound(state.foresee)
             await advise(about)
 
-        async def advise(about: tuple[int, str]) -> None:
+        async def advise(about: Wanted) -> None:
             """The next question, unless something happens meanwhile: a verdict goes first."""
             await asyncio.sleep(PAUSE_S)
             if about != state.wanted() or about == state.advised:
                 return
             await run.io_bound(state.ask)
+            await run.io_bound(state.look_ahead)
             if about == state.wanted():
                 view.show_advice()
+                view.show_steps()
 
         async def act(what: str, value: Any = None) -> None:
             """Does one thing that the person asked for; says in one line why it cannot."""
             try:
-                if what == "find":
-                    view.tell("Looking at the picture…")
-                    await run.io_bound(state.find_objects)
-                else:
-                    state.do(what, value)
+                state.do(what, value)
             except DemospecError as error:
                 view.tell(str(error))
             view.remember()  # now: the tab may be loaded anew while something is computed
@@ -78,7 +76,7 @@ def register(workbench: Workbench) -> None:
         view.on_act = act
         with page_frame("Teach", "teach", script="teach.js"):
             view.build()
-        for name in ("stroke", "mark", "key", "pick", "scene", "hello"):
+        for name in ("stroke", "key", "pick", "scene", "type", "hello"):
             event = f"teach_{name}"
             ui.on(event, lambda e, name=name: act(name, e.args))
         # The tab's greeting is answered with all there is to show.

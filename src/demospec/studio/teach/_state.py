@@ -6,13 +6,16 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from demospec.demonstrations import Demonstration, checked_points
+from demospec.demonstrations import Demonstration, DemonstrationSet, checked_points
 from demospec.errors import DemospecError, InputError
 from demospec.report import short_name
 from demospec.rules import Query
-from demospec.scene import Polygon, Scene
+from demospec.scene import Scene
 from demospec.studio.session._journal import Event
+from demospec.studio.session._replay import UNNAMED
+from demospec.studio.session._scales import METRES
 from demospec.studio.session._workspace import Workbench
+from demospec.studio.table._steps import Step, steps_of
 from demospec.studio.teach._conflicts import Conflict, is_kept, questions
 from demospec.studio.teach._summary import (
     Memory,
@@ -24,8 +27,8 @@ from demospec.studio.teach._summary import (
 NEXT_AFTER = {"after 1 verdict": 1, "after 3 verdicts": 3, "after 5 verdicts": 5, "when I say": 0}
 
 
-UNNAMED = "unnamed "
-"""Begins the class word of an object that was found and that nobody has named."""
+Wanted = tuple[int, str, str]
+"""Version of the table, person, basis: what an understanding is of."""
 
 
 class NotNow(DemospecError):
@@ -47,8 +50,6 @@ class TeachState:
         self.type = workbench.types[0] if workbench.types else "me"
         self.demonstrator = ""
         self.next_after = 3
-        self.object_word = ""
-        """What the next marked object is."""
         self.verdicts_here = 0
         self.asked: Query | None = None
         """The question that is shown, or None."""
@@ -56,9 +57,10 @@ class TeachState:
         self._memory = Memory()
         self.understood = understand(None, self.type)
         self.advice = ""
-        self.computed: tuple[int, str] | None = None
-        self.advised: tuple[int, str] | None = None
+        self.computed: Wanted | None = None
+        self.advised: Wanted | None = None
         self.shown_version = -1
+        self.steps: tuple[Step, ...] = ()
         self.doubt = 0
         """Which of the contradictions is shown."""
 
@@ -89,14 +91,12 @@ class TeachState:
         if self.asked is not None:
             return f"Would {self.who} accept the green path? Press A for yes, R for no."
         if self.bench.may_mark(self.scene_id) and self.scene.objects is None:
-            return (
-                "Nobody has said yet what stands here: mark the objects under “What stands here”."
-            )
+            return "Nobody has said yet what stands here: mark the objects under Table."
         nameless = sum(o.symbol.startswith(UNNAMED) for o in self.scene.objects or ())
         if nameless:
             what = "One found object has" if nameless == 1 else f"{nameless} found objects have"
             them = "it" if nameless == 1 else "them"
-            return f"{what} no name yet: name {them} under “What stands here”."
+            return f"{what} no name yet: name {them} under Table."
         chosen = self.bench.standing.demonstrations.get(self.chosen or "")
         if chosen is None:
             return "Draw a path from the circle to the star, with mouse, pen or finger."
@@ -111,14 +111,36 @@ class TeachState:
         """The type, as it stands in a question."""
         return "you" if self.type == "me" else f"“{self.type}”"
 
-    def wanted(self) -> tuple[int, str]:
+    @property
+    def basis(self) -> str:
+        """What is learned from together with this scene."""
+        return self.bench.basis_of(self.scene_id)
+
+    @property
+    def alone(self) -> str:
+        """Why this scene is learned from apart from others, or nothing."""
+        others = any(
+            d.type == self.type and self.bench.basis_of(d.scene_id) != self.basis
+            for d in self.bench.demonstrations
+        )
+        if not others:
+            return ""
+        if self.basis == METRES:
+            return "Learned from the pictures whose scale is known."
+        return (
+            "Learned from this picture alone: how wide it is on the table is not known. "
+            "Measure it under Table, and it counts together with the others."
+        )
+
+    def wanted(self) -> Wanted:
         """What `computed` must be for the understanding to be of now."""
-        return (self.bench.version, self.type)
+        return (self.bench.version, self.type, self.basis)
 
     def understand(self) -> None:
         """Learns from what stands (for a worker thread)."""
         wanted = self.wanted()
-        self.understood = understand(self.bench.data(), wanted[1], self._memory)
+        data = self.bench.comparable(wanted[2])
+        self.understood = understand(data, wanted[1], self._memory)
         self.computed = wanted
 
     def foresee(self) -> None:
@@ -130,7 +152,7 @@ class TeachState:
         waiting = self._waiting()
         for valid in (True, False) if waiting is not None else ():
             if self.wanted() == wanted and waiting is not None:
-                judged = self.bench.data(replace(waiting, valid=valid))
+                judged = self.bench.comparable(wanted[2], replace(waiting, valid=valid))
                 understand(judged, wanted[1], self._memory)
 
     def _waiting(self) -> Demonstration | None:
@@ -143,16 +165,30 @@ class TeachState:
         chosen = self.bench.standing.demonstrations.get(self.chosen or "")
         return chosen if chosen is not None and chosen.valid is None else None
 
+    def look_ahead(self) -> None:
+        """What is missing on the way (for a worker thread: it may learn all rules)."""
+        doubts = len(self.conflicts)
+        self.steps = steps_of(self.bench, self.scene_id, self.type, doubts)
+
     def ask(self) -> None:
         """Computes the next question (for a worker thread)."""
         wanted = self.advised = self.wanted()
         try:
             # The same pool for some versions: what was measured then is remembered.
-            found = question(self.bench.data(), wanted[1], seed=wanted[0] // 8)
+            data = self.bench.comparable(wanted[2])
+            found = question(data, wanted[1], seed=wanted[0] // 8)
         except InputError:
             self.next_question, self.advice = None, ""
             return
-        self.next_question, self.advice = found, how_many_more(found, self.understood)
+        self.advice = how_many_more(found, self.understood)
+        self.next_question = self._in_scene(found, data)
+
+    def _in_scene(self, found: Query, data: DemonstrationSet | None) -> Query:
+        """A question about a path in the units of its scene."""
+        if found.points is None or data is None:
+            return found
+        points = self.bench.in_scene(data, str(found.scene), found.points)
+        return replace(found, points=points)
 
     def do(self, what: str, value: Any = None) -> None:
         """One thing that the person asked for.
@@ -208,46 +244,6 @@ class TeachState:
         self.verdicts_here += first
         if first and self.next_after and self.verdicts_here >= self.next_after:
             self._do_next(None)
-
-    def _do_mark(self, value: Any) -> None:
-        """A loop drawn about an object."""
-        if not isinstance(value, dict):
-            raise InputError("a loop", value, field="mark")
-        if not self.object_word:
-            raise NotNow("Say first what the object is, for example cup.")
-        try:
-            self.bench.mark(
-                str(value.get("scene")), [(self.object_word, value.get("points"))],
-                actor=self.actor,
-            )  # fmt: skip
-        except InputError as error:
-            if error.field == "outline":
-                raise NotNow("Draw a loop around the object.") from error
-            raise
-
-    def _do_unmark(self, value: Any) -> None:
-        self.bench.unmark(self.scene_id, str(value), actor=self.actor)
-
-    def _do_object_word(self, value: Any) -> None:
-        self.object_word = str(value or "").strip()[:60]
-
-    def find_objects(self) -> None:
-        """Marks what the shipped body sees in the picture (for a worker thread; seconds).
-
-        It tells things apart by their looks and does not know their names: people name them.
-        """
-        from demospec.perception import detect_objects
-
-        scene = self.scene
-        seen = detect_objects(scene)
-        if not seen:
-            raise NotNow("Nothing was found in this picture: mark the objects yourself.")
-        outlines = [
-            (f"{UNNAMED}{o.symbol}", o.footprint.vertices)
-            for o in seen
-            if isinstance(o.footprint, Polygon)
-        ]
-        self.bench.mark(scene.scene_id, outlines, actor=self.actor)
 
     def _do_accept(self, _: Any) -> None:
         self._verdict(True)

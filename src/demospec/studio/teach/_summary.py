@@ -15,7 +15,15 @@ import numpy as np
 from demospec.demonstrations import DemonstrationSet
 from demospec.errors import CannotJudgeError, InputError
 from demospec.report import more_answers
-from demospec.rules import ClearanceRule, Query, learn_rules, query_set
+from demospec.rules import (
+    ClearanceRule,
+    Query,
+    RuleSet,
+    TypeRules,
+    learn_rules,
+    query_set,
+    rules_in_unit,
+)
 from demospec.studio.session._distance_cache import fits, passing, path_digest
 from demospec.studio.session._distance_cache import near as measure
 from demospec.studio.teach._conflicts import Conflict, conflicts
@@ -32,6 +40,7 @@ class Understood:
         sentence: The same in plain words, or why nothing can be said.
         probability: Symbol → probability that it matters.
         conflicts: Rejections that contradict acceptances.
+        units, metres_per_unit: Of the rule.
     """
 
     type: str
@@ -42,6 +51,15 @@ class Understood:
     sentence: str
     probability: Mapping[str, float] = field(default_factory=dict)
     conflicts: tuple[Conflict, ...] = ()
+    units: str = "px"
+    metres_per_unit: float | None = None
+
+    def rule_at(self, units: str, scale: float | None) -> ClearanceRule | None:
+        """The rule in the units of a scene that it was learned for."""
+        if self.rule is None:
+            return None
+        mine = RuleSet({self.type: TypeRules(self.rule)}, self.units, self.metres_per_unit)
+        return rules_in_unit(mine, units, scale).of_type(self.type).clearance
 
     def to_json(self) -> dict[str, Any]:
         """The JSON document of ``/api/understood``. A bound that does not exist is null."""
@@ -143,7 +161,8 @@ def _learned(data: DemonstrationSet, type: str) -> Understood:
     mine = of_type(data, type)
     assert mine is not None
     return Understood(
-        type, 0, 0, 0, rules.clearance, rules.sentence, sure, conflicts(mine, measure)
+        type, 0, 0, 0, rules.clearance, rules.sentence, sure, conflicts(mine, measure),
+        data.units, data.metres_per_unit,
     )  # fmt: skip
 
 
@@ -162,7 +181,8 @@ def _basis(data: DemonstrationSet) -> tuple[Hashable, ...]:
     ]
     named = {scene_id for _, _, scene_id, _, _ in judged}
     scenes = [(s.scene_id, s.objects, s.start, s.goal) for s in data.scenes if s.scene_id in named]
-    return tuple(judged), tuple(scenes), data.symbols, data.length_scale
+    scale = (data.length_scale, data.units, data.metres_per_unit)
+    return tuple(judged), tuple(scenes), data.symbols, scale
 
 
 def question(data: DemonstrationSet | None, type: str, *, seed: int = 0) -> Query:

@@ -8,15 +8,19 @@ from collections.abc import Iterable, Sequence
 from markupsafe import Markup
 
 from demospec.demonstrations import Demonstration
-from demospec.frames import describe_length
+from demospec.frames import describe_length, metres_of_unit
 from demospec.report import VERDICTS, joined, short_name
 from demospec.rules import listed
 from demospec.studio.teach._conflicts import Conflict
 from demospec.studio.teach._summary import Understood
 
 
-def understood_html(found: Understood, scale: float | None, units: str) -> Markup:
-    """Counts, the sentence, and a bar for the interval of every symbol that matters."""
+def understood_html(found: Understood, alone: str = "") -> Markup:
+    """Counts, the sentence, and for every symbol that matters its clearance on one axis.
+
+    Args:
+        alone: Which pictures it was learned from, where not from all.
+    """
     numbers = (
         ("accepted", found.accepted), ("rejected", found.rejected), ("unsaid", found.unsaid)
     )  # fmt: skip
@@ -27,55 +31,66 @@ def understood_html(found: Understood, scale: float | None, units: str) -> Marku
             if n or name != "unsaid"
         )
     )
+    note = Markup("<p class='soft alone'>{}</p>").format(alone) if alone else Markup()
     if found.rule is None and not found.accepted + found.rejected:
         whose = "you" if found.type == "me" else Markup("<b>{}</b>").format(found.type)
-        return counts + Markup(
-            "<p class='sentence soft'>Draw a path that {} would accept, and one that comes too "
-            "near to something. Two are enough to begin; rings will show what was understood.</p>"
-        ).format(whose)
-    told = counts + Markup("<p class='sentence'><b>{}</b>: {}.</p>").format(
-        found.type, found.sentence
+        return (
+            counts
+            + Markup(
+                "<p class='sentence soft'>Draw a path that {} would accept, and one that comes too "
+                "near to something. Two are enough to begin; rings will show what was understood."
+                "</p>"
+            ).format(whose)
+            + note
+        )
+    told = Markup("{}<p class='sentence'><b>{}</b>: {}.</p>{}").format(
+        counts, found.type, found.sentence.rstrip("."), note
     )
-    if found.rule is None or not found.rule.value:
-        return told
-    finite = [b for ends in found.rule.interval.values() for b in ends if math.isfinite(b)]
-    top = 1.15 * max([*finite, *found.rule.value.values(), 1e-9])
+    return told if found.rule is None or not found.rule.value else told + _bars(found)
+
+
+def _bars(found: Understood) -> Markup:
+    """Interval and value of every clearance; the axis is the same whatever is understood."""
+    rule, scale = found.rule, metres_of_unit(found.units, found.metres_per_unit)
+    assert rule is not None
+    finite = [b for ends in rule.interval.values() for b in ends if math.isfinite(b)]
+    top = _axis_end(max([*finite, *rule.value.values(), 1e-9]), scale)
     rows = []
-    for symbol, value in found.rule.value.items():
-        low, high = found.rule.interval.get(symbol, (value, value))
+    for symbol, value in rule.value.items():
+        low, high = rule.interval.get(symbol, (value, value))
         low = max(low, 0.0)
         a, b = 100 * low / top, 100 * min(high, top) / top
         sure = found.probability.get(symbol)
-        words = "" if sure is None else f"matters with probability {sure:.2f}"
+        chance = "" if sure is None else f"matters with probability {sure:.2f}"
+        length = describe_length(value, found.metres_per_unit, found.units, interval=(low, high))
         rows.append(
             Markup(
                 "<div class='bar-row' title='{}'><span class='bar-name'>{}</span><span class='bar'>"
-                "<span class='{}' style='left:{:.1f}%;width:{:.1f}%'></span></span>"
-                "<span class='bar-ends'>{}</span></div>"
+                "<span class='{}' style='left:{:.1f}%;width:{:.1f}%'></span>"
+                "<i style='left:{:.1f}%'></i></span><span class='bar-ends'>{}</span></div>"
             ).format(
-                words,
+                chance,
                 symbol,
                 "" if math.isfinite(high) else "open",
                 a,
                 max(b - a, 1.0),
-                span_words(low, high, scale, units),
+                100 * value / top,
+                length,
             )
         )
-    return told + Markup("<div class='bars'>{}</div>").format(joined(rows))
+    axis = Markup(
+        "<div class='bar-row bar-axis'><span></span><span class='bar-scale'><span>0</span>"
+        "<span>{}</span></span></div>"
+    ).format(describe_length(top, found.metres_per_unit, found.units))
+    return Markup("<div class='bars'>{}{}</div>").format(joined(rows), axis)
 
 
-def span_words(low: float, high: float, scale: float | None, units: str) -> str:
-    """``2.9 to 3.3 px (2.4 to 2.7 cm)``, or ``2.9 px or more``."""
-    if not math.isfinite(high):
-        return f"{describe_length(low, scale, units)} or more"
-    if units == "m":
-        return f"{100 * low:.1f} to {100 * high:.1f} cm"
-    words = f"{low:.1f} to {high:.1f} {units}"
-    return (
-        words
-        if scale is None
-        else f"{words} ({100 * low * scale:.1f} to {100 * high * scale:.1f} cm)"
-    )
+def _axis_end(most: float, scale: float | None) -> float:
+    """An end that stays while intervals shrink: 10 cm, else twice as far until all fits."""
+    end = 0.1 / scale if scale is not None else 10.0
+    while end < most:
+        end *= 2
+    return end
 
 
 def rows_html(demos: Iterable[Demonstration], chosen: str | None) -> list[tuple[str, Markup, bool]]:
@@ -113,7 +128,7 @@ def conflict_words(group: Sequence[Conflict], type: str) -> Markup:
         ).format(who, rejected)
     *others, last = [_name(o) for o in conflict.against]
     accepted = joined([joined(others, ", "), last], " and ") if others else last
-    what = listed([f"{'an' if s[:1] in 'aeiou' else 'a'} {s}" for s in conflict.symbols])
+    what = listed([f"{'an' if s[:1] in 'aeio' else 'a'} {s}" for s in conflict.symbols])
     passes = "which together pass" if others else "which passes"
     return Markup("{} rejected {} but accepted {}, {} closer to {}. Which is right?").format(
         who, rejected, accepted, passes, what or "everything"

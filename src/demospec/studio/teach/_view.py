@@ -9,6 +9,7 @@ from urllib.parse import quote
 
 from markupsafe import Markup
 
+from demospec.frames import describe_length
 from demospec.report import (
     VERDICTS,
     ends_svg,
@@ -77,9 +78,9 @@ class TeachView:
                 element().props('id=hint role="status"').classes("hint soft")
                 self._build_actions()
             with ui.element("aside").classes("teach-side").props('aria-label="Understanding"'):
-                self._build_objects()
                 self._build_understood()
                 self._build_people()
+                self._build_table()
                 self._build_paths()
 
     def _button(self, words: str | Markup, what: str, *, key: str = "", look: str = "") -> Any:
@@ -138,49 +139,29 @@ class TeachView:
                 self.ask = self._button("Ask me", "ask", key="Q", look="ask-button")
                 self.advice = element().classes("soft")
 
-    def _build_objects(self) -> None:
-        """Where the set does not list a scene's objects, people do."""
+    def _build_table(self) -> None:
+        """What is known of the table, and the way to change it."""
         from nicegui import ui
 
-        with ui.element("section").classes("card objects") as self.objects:
-            element("What stands here", "h2")
-            element(
-                Markup(
-                    "Name an object, press <b>Mark</b>, and draw a loop around it. Distances are "
-                    "measured to what is marked."
-                ),
-                "p",
-            ).classes("soft")
-            with ui.element("div").classes("mark-row"):
-                element(Markup("<label for='object-word'>It is a</label>"))
-                ui.element("input").props(
-                    'id=object-word autocomplete=off maxlength=60 placeholder="cup"'
-                ).classes("plain-input").on(
-                    "input", lambda e: self.on_act("object_word", e.args),
-                    js_handler="(e) => emit(e.target.value)",
-                )  # fmt: skip
-                element("Mark", "button").props("id=mark type=button aria-pressed=false").classes(
-                    "plain-button"
-                )
-            self.marked = ui.element("div").classes("marked")
-            self.find = self._button("Find objects automatically", "find")
+        with ui.element("section").classes("card table-card"):
+            element("This table", "h2")
+            self.table = element()
 
-    def _show_objects(self) -> None:
-        state = self.state
-        may = state.bench.may_mark(state.scene_id)
-        self.objects.set_visibility(may)
-        self.marked.clear()
-        if not may:
-            return
-        self.find.set_visibility(state.scene.picture is not None and state.scene.objects is None)
-        with self.marked:
-            for item in state.scene.objects or ():
-                words = Markup("{} <span aria-hidden='true'>×</span>").format(item.id)
-                button = element(words, "button").props("type=button")
-                button.props["aria-label"] = f"{item.id}: take it off the list"
-                button.classes("plain-button small").on(
-                    "click", lambda name=item.id: self.on_act("unmark", name), args=[]
-                )
+    def _show_table(self) -> None:
+        bench, scene = self.state.bench, self.state.scene
+        scale = bench.scale_of(scene.scene_id)
+        what = "objects not listed" if scene.objects is None else (
+            "1 object" if len(scene.objects) == 1 else f"{len(scene.objects)} objects"
+        )  # fmt: skip
+        wide = "width not known"
+        if scale is not None and scene.size_px is not None:
+            wide = f"{describe_length(scene.size_px[0] * scale, 1.0, 'm')} wide"
+        fill(
+            self.table,
+            Markup("<p>{}, {}. <a href='/table?scene={}'>Change it</a></p>").format(
+                what, wide, quote(scene.scene_id, safe="")
+            ),
+        )
 
     def _build_people(self) -> None:
         from nicegui import ui
@@ -191,18 +172,29 @@ class TeachView:
             element(Markup("<label for='{}'>{}</label>").format(id, label))
             return (
                 ui.element("input")
-                .props(f'id={id} autocomplete=off maxlength=60 {extra}')
+                .props(f"id={id} autocomplete=off maxlength=60 {extra}")
                 .classes("plain-input")
                 .on("change", lambda e: self.on_act(what, e.args),
                     js_handler="(e) => emit(e.target.value)")
             )  # fmt: skip
 
         with ui.element("section").classes("card people"):
-            element("Who is teaching", "h2")
+            element("Whose preference?", "h2")
+            self.types = ui.element("div").classes("type-chips").props("role=group")
+            self.types.props["aria-label"] = "Whose preference?"
+            element(
+                Markup(
+                    "<details id='new-person'><summary>Somebody else…</summary>"
+                    "<div class='new-person'><label for='type-field'>Who?</label>"
+                    "<input id='type-field' class='plain-input' autocomplete='off' maxlength='60' "
+                    "placeholder='grandmother' aria-describedby='type-words'>"
+                    "<button type='button' id='add-person' class='plain-button'>Add</button></div>"
+                    "<p id='type-words' class='soft'>A person, or a kind of person such as "
+                    "careful. The paths of each are understood apart.</p></details>"
+                )
+            )
             with ui.element("div").classes("fields"):
-                field("Type", "type-field", "type", "aria-describedby=type-words")
-                self.types = ui.element("div").classes("type-chips")
-                field("Name", "name-field", "demonstrator", 'placeholder="may be left out"')
+                field("Drawn by", "name-field", "demonstrator", 'placeholder="may be left out"')
                 element(Markup("<label for='next-field'>Next scene</label>"))
                 with ui.element("select").props("id=next-field").classes("plain-input").on(
                     "change", lambda e: self.on_act("next_after", e.args),
@@ -211,10 +203,6 @@ class TeachView:
                     for words, number in NEXT_AFTER.items():
                         mark = " selected" if number == self.state.next_after else ""
                         element(words, "option").props(f'value="{words}"{mark}')
-            element(
-                "A type is a kind of person, such as careful. Its paths are understood together.",
-                "p",
-            ).props("id=type-words").classes("soft type-words")
 
     def _build_paths(self) -> None:
         from nicegui import ui
@@ -223,12 +211,7 @@ class TeachView:
             self.paths_heading = element(tag="h2")
             self.list = ui.element("div").classes("path-list")
             element(
-                Markup(
-                    "<a class='plain-button' href='/api/export/rules' download='rules.json'>"
-                    "Save the rules</a>"
-                    "<a class='plain-button' href='/api/export/set.zip' download='set.zip'>"
-                    "Save the set</a>"
-                ),
+                Markup("<a class='plain-button' href='/results'>Plan, report and download</a>"),
                 "p",
             ).classes("take")
             element(
@@ -248,7 +231,6 @@ class TeachView:
         now = (scene.scene_id, len(standing.scenes), scene.objects, scene.start, scene.goal)
         if self._shown_scene != now:
             self._shown_scene = now
-            self._show_objects()
             # What people outlined is always seen; what a picture shows by itself, on hovering.
             marked = bench.may_mark(scene.scene_id)
             look = "scene outlined" if marked else "scene"
@@ -282,6 +264,7 @@ class TeachView:
                 scene.scene_id, place + 1, total
             ),
         )
+        self._show_table()
         self._show_marks()
         self._show_list()
         self._show_conflicts()
@@ -296,24 +279,31 @@ class TeachView:
         self._show_types()
 
     def _show_types(self) -> None:
-        """The types there are, one click each."""
-        now = (self.state.bench.types, self.state.type)
-        if now == self._shown_types:
+        """The people there are, one click each."""
+        state = self.state
+        known = tuple(dict.fromkeys([*state.bench.types, state.type]))
+        if (known, state.type) == self._shown_types:
             return
-        self._shown_types = now
+        self._shown_types = (known, state.type)
         self.types.clear()
         with self.types:
-            for name in now[0] if now[0] != (now[1],) else ():
-                element(name, "button").props(
-                    f"type=button aria-pressed={'true' if name == now[1] else 'false'}"
-                ).classes("plain-button small").on(
+            for name in known:
+                button = element("you" if name == "me" else name, "button")
+                button.props("type=button").props["aria-pressed"] = (
+                    "true" if name == state.type else "false"
+                )
+                button.classes("plain-button small").on(
                     "click", lambda name=name: self.on_act("type", name), args=[]
                 )
 
     def _show_marks(self) -> None:
         state = self.state
         bench = state.bench
-        rings = rings_svg(state.scene, state.understood.rule, bench.metres_per_unit, bench.units)
+        scale = bench.scale_of(state.scene_id)
+        rule = None
+        if state.computed is not None and state.computed[2] == state.basis:
+            rule = state.understood.rule_at(bench.units, scale)
+        rings = rings_svg(state.scene, rule, scale, bench.units)
         parts = [rings, paths_svg(state.here, state.chosen)]
         if state.asked is not None and state.asked.points is not None:
             points = points_of(state.asked.points)
@@ -326,8 +316,9 @@ class TeachView:
         rows = rows_html(self.state.here, self.state.chosen)
         fill(
             self.paths_heading,
-            Markup("Paths of {} in this scene <span class='soft'>{}</span>").format(
-                self.state.type, len(rows)
+            Markup("{} in this scene <span class='soft'>{}</span>").format(
+                "Your paths" if self.state.type == "me" else f"Paths of {self.state.type}",
+                len(rows),
             ),
         )
         self.list.clear()
@@ -341,8 +332,7 @@ class TeachView:
         """Rule, rings, conflicts."""
 
         state, bench = self.state, self.state.bench
-        told = understood_html(state.understood, bench.metres_per_unit, bench.units)
-        fill(self.words, told)
+        fill(self.words, understood_html(state.understood, state.alone))
         self.words.props(f"data-ms={1000 * seconds:.0f} data-version={bench.version}")
         self._show_marks()
         self._show_conflicts()
@@ -414,6 +404,14 @@ class TeachView:
         asked = "Is the green path acceptable? Accept or reject it."
         fill(self.advice, state.advice if state.asked is None else asked)
 
+    def show_steps(self) -> None:
+        """The ticks of the way."""
+        from nicegui import ui
+
+        state = self.state
+        told = json.dumps([[vars(s) for s in state.steps], state.scene_id, state.type])
+        ui.run_javascript(f"window.teachSteps?.(...{told})")
+
     def tell(self, words: str) -> None:
         """One line under the scene."""
         from nicegui import ui
@@ -427,7 +425,6 @@ class TeachView:
         state = self.state
         kept = state.to_remember()
         fields = {
-            "type-field": state.type,
             "name-field": state.demonstrator,
             "next-field": kept["next_after"],
         }

@@ -1,0 +1,1 @@
+"""The pages Check and Demonstrations: what was taught, looked at again."""

@@ -1,0 +1,129 @@
+"""What Check and Demonstrations ask and do, as JSON end points of the API."""
+
+from __future__ import annotations
+
+from typing import Any
+
+# Loaded with the server only, whose extra brings it.
+from fastapi import APIRouter
+from pydantic import BaseModel, ConfigDict, Field
+
+from demospec.errors import InputError
+from demospec.report import people_of
+from demospec.studio.results._run import taught_run
+from demospec.studio.review._doubts import Doubts, doubtful_labels
+from demospec.studio.review._gallery import frames, gallery, history, small
+from demospec.studio.session._workspace import Workbench
+from demospec.studio.table._endpoints import actor_of
+from demospec.studio.table._steps import steps_of
+
+
+class Change(BaseModel):
+    """The same change of many demonstrations."""
+
+    model_config = ConfigDict(extra="forbid")
+    demo_ids: list[str] = Field(min_length=1, max_length=100_000)
+    valid: bool | None = None
+    type: str | None = None
+    demonstrator: str | None = None
+    delete: bool = False
+
+
+class Kept(BaseModel):
+    """Rejected demonstrations that are right, with what contradicts them."""
+
+    model_config = ConfigDict(extra="forbid")
+    demo_ids: list[str] = Field(min_length=1)
+
+
+class Renamed(BaseModel):
+    """All paths of one person become another's: a new name, or two people in one."""
+
+    model_config = ConfigDict(extra="forbid")
+    type: str
+    name: str
+
+
+def review_router(bench: Workbench) -> APIRouter:
+    """The end points."""
+    router = APIRouter(prefix="/api", tags=["review"])
+    doubts = Doubts(bench)
+
+    @router.get("/gallery", summary="Paths as small pictures, filtered, a page at a time")
+    def get_gallery(
+        type: str = "", verdict: str = "", scene_id: str = "", contradicting: bool = False,
+        page: int = 0,
+    ) -> dict[str, Any]:  # fmt: skip
+        among = None
+        if contradicting:
+            among = {n for d in doubts.all() for c in d.group for n in c.members}
+        return gallery(bench, type=type, verdict=verdict, scene_id=scene_id, among=among, page=page)
+
+    @router.get("/check", summary="Contradictions, unsaid paths, labels that look wrong")
+    def get_check(scene_id: str = "", type: str = "", audit: bool = False) -> dict[str, Any]:
+        open_ = doubts.all()
+        named = {n for d in open_ for c in d.group for n in c.members}
+        wrong = doubtful_labels(bench) if audit else []
+        standing = bench.standing.demonstrations
+        unsaid = [d for d in bench.demonstrations if d.valid is None]
+        named |= {w["demo_id"] for w in wrong} | {d.demo_id for d in unsaid[:200]}
+        demos = [standing[n] for n in named if n in standing]
+        here = scene_id if scene_id in bench.standing.scenes else bench.scenes[0].scene_id
+        return {
+            "doubts": [d.to_json() for d in open_],
+            "unsaid": [d.demo_id for d in unsaid],
+            "wrong": wrong,
+            "audited": audit,
+            "demonstrations": {d.demo_id: small(d) for d in demos},
+            "scenes": frames(bench, dict.fromkeys(d.scene_id for d in demos)),
+            "steps": [vars(s) for s in steps_of(bench, here, type or bench.types[0], len(open_))],
+            "version": bench.version,
+        }
+
+    @router.get("/people", summary="Everybody side by side: sentence, lights, picture, what next")
+    def get_people() -> dict[str, Any]:
+        run = taught_run(bench)
+        cards = () if run is None else people_of(run)
+        return {
+            "people": [
+                {
+                    "name": p.name,
+                    "sentence": p.sentence,
+                    "picture": None if p.picture is None else str(p.picture.svg),
+                    "lights": [vars(light) for light in p.lights],
+                    "facts": [list(fact) for fact in p.facts],
+                }
+                for p in cards
+            ]
+        }
+
+    @router.get("/history", summary="Who did what")
+    def get_history(actor: str = "") -> dict[str, Any]:
+        return {"history": history(bench, actor_of(actor))}
+
+    @router.post("/change", summary="Judge, give to somebody else, or delete many paths")
+    def post_change(new: Change, actor: str = "") -> dict[str, Any]:
+        who = actor_of(actor)
+        if new.delete:
+            bench.delete_many(new.demo_ids, actor=who)
+        else:
+            given = new.model_dump(include=new.model_fields_set - {"demo_ids", "delete"})
+            bench.change(new.demo_ids, given, actor=who)
+        return {"changed": len(new.demo_ids)}
+
+    @router.post("/keep", summary="Say that both sides of a contradiction are right")
+    def post_keep(new: Kept, actor: str = "") -> dict[str, Any]:
+        bench.keep(new.demo_ids, actor=actor_of(actor))
+        return {"kept": len(new.demo_ids)}
+
+    @router.post("/person", summary="Rename a person, or make two people one")
+    def post_person(new: Renamed, actor: str = "") -> dict[str, Any]:
+        mine = [d.demo_id for d in bench.demonstrations if d.type == new.type]
+        if not mine:
+            raise InputError("a person with paths", new.type, field="type")
+        if not new.name.strip():
+            raise InputError("a name", new.name, field="name")
+        bench.change(mine, {"type": new.name.strip()}, actor=actor_of(actor))
+        return {"changed": len(mine)}
+
+    return router
