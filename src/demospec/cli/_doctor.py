@@ -26,6 +26,7 @@ SERVES: dict[str, tuple[tuple[str, ...], str]] = {
     "stl": (("rtamt",), "export to STL, checked"),
     "onnx": (("onnx",), "export of models to ONNX"),
     "objects": (("pycocotools", "yaml"), "objects in COCO run-length masks and YOLO lists"),
+    "markers": (("pupil_apriltags",), "studio: the scale of a picture from a printed AprilTag"),
     "hdf5": (("h5py",), "convert of HDF5 files"),
     "video": (("av",), "convert of LeRobot sets with video"),
     "distributed": (("dask", "distributed"), "--cluster"),
