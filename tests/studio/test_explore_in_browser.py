@@ -284,6 +284,11 @@ def test_downloads_stay_on_the_page(page: Any, address: str, run: Path, tmp_path
     copy, data = read_set(tmp_path / "set"), read_set(run / "set")
     assert list(copy.demonstrations.demo_id) == list(data.demonstrations.demo_id)
     assert np.array_equal(copy.scenes[0].pixels(), data.scenes[0].pixels())
+    # Six answers do not tell a rule from chance: greyed, and why. The rule that labelled is known.
+    nav2 = page.get_by_role("button", name="nav2", exact=True)
+    assert nav2.is_disabled()
+    assert "too few to tell this rule from chance" in str(nav2.get_attribute("title"))
+    page.select_option("#take [name=rules]", "truth")
     # What fails is said here; the page stays.
     page.route("**/results/download*", lambda route: route.fulfill(status=400, body="no room"))
     page.get_by_role("button", name="nav2", exact=True).click()

@@ -184,4 +184,4 @@ def test_pictures_broken_huge_and_whole(page: Any, address: str, tmp_path: Path)
     # Marked objects are drawn in Teach too.
     opened(page, f"{address}/teach?scene=table")
     page.wait_for_selector("svg.outlined .object text")
-    assert page.locator("svg.outlined .object text").inner_text() == "cup"
+    assert page.locator("svg.outlined .object text").text_content() == "cup"

@@ -36,7 +36,7 @@ def test_a_marked_cup_is_learned_about_written_and_taken_back(bench: Workbench) 
     for bend, valid in ((150.0, True), (60.0, False), (95.0, True)):
         path = bezier_points(scene.start, scene.goal, np.array([[[100.0, bend]]]), 60)[0]
         bench.draw("table", path, actor="a", type="me", valid=valid)
-    found = understand(bench.data(), "me")
+    found = understand(bench.comparable("table"), "me")
     assert found.rule is not None
     assert found.rule.relevant == ("cup",)
     low, high = found.rule.interval["cup"]

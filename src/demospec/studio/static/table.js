@@ -146,7 +146,7 @@ function panel() {
   root.querySelector('[data-do="find"]').disabled = !may || !doc.picture || doc.listed;
   root.querySelector('[data-do="find"]').title = !may ? "The set lists the objects of this scene." : doc.listed ? "Objects are marked already." : "";
   root.querySelector('[data-do="drop"]').disabled = doc.scenes.length < 2;
-  for (const b of root.querySelectorAll("[data-tool]")) b.setAttribute("aria-checked", String(b.dataset.tool === view.tool));
+  for (const b of root.querySelectorAll('[role="radio"][data-tool]')) b.setAttribute("aria-checked", String(b.dataset.tool === view.tool));
   root.querySelector(".tb-how").textContent = {
     move: "Drag the circle (start) and the star (goal). Click an object to change its outline: drag its corners, or the whole.",
     ruler: "Click two places whose distance you know, such as the ends of a sheet of paper (29.7 cm), and say the length.",
