@@ -13,7 +13,7 @@ from demospec.execution._monitor import Monitor
 from demospec.execution._results import Motion, Rollout
 from demospec.execution._robots import ARMS, RobotArm
 from demospec.execution._table import Placement, object_height_m
-from demospec.execution._timing import time_path
+from demospec.execution._timing import time_path, time_planned
 from demospec.frames import Axis, FloatArray, PixelFrame
 from demospec.geometry import bounds_of, path_distance
 from demospec.planning import Envelope, Plan, PlanCheck, Plannable, check_plan
@@ -78,18 +78,29 @@ def execute_plan(
         return _nothing(plan, robot, carried, "no plan", plan.reason)
     arm, size = ARMS.get(robot), CARRIED[carried]
     place = table_placement(plan, scene, arm)
+    scale = place.frame.length_to_metres(1.0)
+    heights = plan.points[:, plan.columns.index("z")] * scale if "z" in plan.columns else None
     if arm is None:
         lift = carry_height_m(plan.points, scene, place.frame, size[0])
+        if heights is not None:  # it has no third slide: as high as the plan is anywhere
+            lift = float(heights.max())
         path = place.to_world(plan.points, lift + size[1])
-        motion, monitor = _simulate_gantry(scene, place, path, size, speed_m_s)
+        motion, monitor = _simulate_gantry(scene, place, path, size, plan.t, speed_m_s)
     else:
         _need("mink", "executing a plan with an arm")
-        lift = _ARM_LIFT_M + max([0.0, *(object_height_m(o) for o in scene.objects or ())])
-        path = place.to_world(plan.points, lift + size[1])
-        reason, motion, monitor = _simulate_arm(arm, scene, place, path, size, speed_m_s)
+        lift = _ARM_LIFT_M + max([0.0, *(object_height_m(o, scale) for o in scene.objects or ())])
+        path = place.to_world(plan.points, (0.0 if heights is not None else lift) + size[1])
+        if heights is not None:
+            path[:, 2] += heights if _limited_above(plan) else np.maximum(heights, lift)
+        tilt = _most_tilt_deg(plan)
+        reason, motion, monitor = _simulate_arm(
+            arm, scene, place, path, size, plan.t, speed_m_s, tilt
+        )
         if reason:
             return _nothing(plan, robot, carried, "unreachable", reason)
     pixels = place.to_pixels(motion.executed_m)
+    foot = (motion.executed_m[:, 2] - place.near_left_m[2] - size[1]) / scale
+    carried_out = np.column_stack([pixels, foot, motion.tilt_deg])
     return Rollout(
         scene_id=scene.scene_id,
         type=plan.type,
@@ -102,8 +113,24 @@ def execute_plan(
         executed=pixels,
         clearance_m=dict(monitor.clearance_m),
         contacts=monitor.found,
-        check=check_plan(rules, scene, pixels, plan.type, envelope, spacing="rule"),
-    )
+        check=check_plan(
+            rules, scene, carried_out, plan.type, envelope, spacing="rule", t=motion.t,
+            columns=("x", "y", "z", "tilt"),
+        ),
+    )  # fmt: skip
+
+
+def _limited_above(plan: Plan) -> bool:
+    """Whether the rule limits the height from above. (Else an arm carries over everything.)"""
+    asked = [c.worst.constraint for c in plan.check.constraints]
+    return any(c.feature == "height" and c.sense == "at_most" for c in asked)
+
+
+def _most_tilt_deg(plan: Plan) -> float | None:
+    """The least limit on the tilt that a plan hands on, degrees; None where it has none."""
+    asked = [c.worst.constraint for c in plan.check.constraints]
+    limits = [c.value for c in asked if c.feature == "tilt" and c.sense == "at_most"]
+    return min(limits, default=None)
 
 
 def carry_height_m(points: FloatArray, scene: Scene, frame: PixelFrame, radius_m: float) -> float:
@@ -116,7 +143,7 @@ def carry_height_m(points: FloatArray, scene: Scene, frame: PixelFrame, radius_m
     for item in scene.objects or ():
         gap, _ = path_distance(item.outline, points[:, :2])
         if frame.length_to_metres(gap) < radius_m + _LIFT_M:
-            under.append(object_height_m(item))
+            under.append(object_height_m(item, frame.length_to_metres(1.0)))
     return max(under) + _LIFT_M
 
 
@@ -146,13 +173,23 @@ def table_placement(plan: Plan, scene: Scene, arm: RobotArm | None) -> Placement
     return min(options, key=reach)
 
 
+def _timed(
+    path: FloatArray, planned_s: FloatArray | None, period_s: float, speed_m_s: float
+) -> tuple[FloatArray, FloatArray]:
+    if planned_s is None:
+        return time_path(path, period_s, speed_m_s)
+    return time_planned(path, planned_s, period_s, speed_m_s)
+
+
 def _simulate_arm(
     arm: RobotArm,
     scene: Scene,
     place: Placement,
     path: FloatArray,
     size: tuple[float, float],
+    planned_s: FloatArray | None,
     speed_m_s: float,
+    most_tilt_deg: float | None,
 ) -> tuple[str, Motion, Monitor]:
     """Why the path is out of reach (or ""), the motion, and what the monitor saw."""
     from demospec.execution._track import PERIOD_S, drive, solve_motion
@@ -160,13 +197,13 @@ def _simulate_arm(
 
     world = build_world(arm, scene, place, *size)
     monitor = Monitor(world.model, world.moving)
-    _, commanded = time_path(path, PERIOD_S, speed_m_s)
-    solved = solve_motion(world, arm, commanded)
+    _, commanded = _timed(path, planned_s, PERIOD_S, speed_m_s)
+    solved = solve_motion(world, arm, commanded, most_tilt_deg)
     if solved.reason:
         return solved.reason, Motion.none(), monitor
-    t, executed, joints = drive(world, solved, monitor)
+    t, executed, joints, tilt = drive(world, solved, monitor)
     still = np.repeat(commanded[-1:], len(t) - len(commanded), axis=0)
-    return "", Motion(t, np.concatenate([commanded, still]), executed, joints), monitor
+    return "", Motion(t, np.concatenate([commanded, still]), executed, joints, tilt), monitor
 
 
 def _simulate_gantry(
@@ -174,6 +211,7 @@ def _simulate_gantry(
     place: Placement,
     path: FloatArray,
     size: tuple[float, float],
+    planned_s: FloatArray | None,
     speed_m_s: float,
 ) -> tuple[Motion, Monitor]:
     import mujoco
@@ -186,7 +224,7 @@ def _simulate_gantry(
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     monitor = Monitor(model, world.moving)
-    t, commanded = time_path(path, STEP_S, speed_m_s)
+    t, commanded = _timed(path, planned_s, STEP_S, speed_m_s)
     velocity = np.gradient(commanded, t, axis=0) if len(t) > 1 else np.zeros_like(commanded)
     executed, joints = np.empty_like(commanded), np.empty((len(t), 2))
     for i in range(len(t)):
@@ -196,7 +234,9 @@ def _simulate_gantry(
         follow(model, data, commanded[i, :2] - path[0, :2], velocity[i, :2])
         mujoco.mj_step(model, data)
         monitor.contacts(data)
-    return Motion(t[::5], commanded[::5], executed[::5], joints[::5]), monitor
+    upright = np.zeros(len(t[::5]))  # slides do not turn
+    motion = Motion(t[::5], commanded[::5], executed[::5], joints[::5], upright)
+    return motion, monitor
 
 
 def _nothing(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
@@ -34,12 +34,14 @@ class Motion:
         commanded_m: (n, 3), world frame, where the carried body should be at `t`.
         executed_m: (n, 3), world frame, where the simulation had it.
         joints: (n, k), radians; for the gantry its two slides, metres.
+        tilt_deg: (n,) how far the carried body was from upright, degrees.
     """
 
     t: FloatArray
     commanded_m: FloatArray
     executed_m: FloatArray
     joints: FloatArray
+    tilt_deg: FloatArray = field(default_factory=lambda: np.empty(0))
 
     @classmethod
     def none(cls) -> Motion:
@@ -107,6 +109,7 @@ class Rollout:
                 "rms": self.motion.rms_m if done else None,
                 "max": float(self.motion.error_m.max()) if done else None,
             },
+            "tilt_deg": {"max": float(self.motion.tilt_deg.max()) if done else None},
             "clearance_m": dict(self.clearance_m),
             "contacts": [c.to_json() for c in self.contacts],
             "keeps_rule": self.keeps_rule if done else None,

@@ -75,8 +75,10 @@ class Placement:
         return np.asarray(self.frame.to_pixels(table) + np.array(self.corner))
 
 
-def object_height_m(item: SceneObject) -> float:
-    """The height that an object of this class usually has, metres."""
+def object_height_m(item: SceneObject, metres_per_unit: float | None = None) -> float:
+    """The height of an object's top, metres; where it is not given, what its class usually has."""
+    if item.height is not None and metres_per_unit is not None and item.height[1] > 0:
+        return item.height[1] * metres_per_unit
     return HEIGHT_M.get(item.symbol, _OTHER_HEIGHT_M)
 
 
@@ -112,7 +114,7 @@ def _add_object(
 ) -> None:
     import mujoco
 
-    height = object_height_m(item)
+    height = object_height_m(item, place.frame.length_to_metres(1.0))
     base = place.to_world(np.array([item.center]))[0]
     name = f"object/{item.id}"
     body = spec.worldbody.add_body(name=name, pos=base)

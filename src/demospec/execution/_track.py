@@ -46,8 +46,15 @@ class JointMotion:
     reason: str = ""
 
 
-def solve_motion(world: World, arm: RobotArm, places_m: FloatArray) -> JointMotion:
-    """Joint angles that carry the body through the places (n, 3), `PERIOD_S` apart."""
+def solve_motion(
+    world: World, arm: RobotArm, places_m: FloatArray, most_tilt_deg: float | None = None
+) -> JointMotion:
+    """Joint angles that carry the body through the places (n, 3), `PERIOD_S` apart.
+
+    Args:
+        most_tilt_deg: A path on which the body would be tilted further is unreachable; None: it is
+            kept upright as well as may be.
+    """
     import mink
 
     model = world.model
@@ -56,8 +63,9 @@ def solve_motion(world: World, arm: RobotArm, places_m: FloatArray) -> JointMoti
         mink.VelocityLimit(model, velocity_limits(arm)),
         _collision_limit(world),
     ]
+    cost = 10.0 if most_tilt_deg is None else 40.0
     place = mink.FrameTask("carried", "body", position_cost=50.0, orientation_cost=0.0)
-    upright = mink.AxisAlignTask("carried", "body", axis=(0.0, 0.0, 1.0), cost=10.0)
+    upright = mink.AxisAlignTask("carried", "body", axis=(0.0, 0.0, 1.0), cost=cost)
     upright.set_target(np.array([0.0, 0.0, 1.0]))
     comfort = mink.PostureTask(model, cost=0.02)
     comfort.set_target(np.array(arm.posture))
@@ -79,6 +87,13 @@ def solve_motion(world: World, arm: RobotArm, places_m: FloatArray) -> JointMoti
             if miss > REACH_M:
                 share = i / max(1, len(places_m) - 1)
                 reason = f"the arm misses the path by {miss * 1000:.0f} mm, {share:.0%} of the way"
+                break
+            tilt = float(np.degrees(_tilt(configuration, world)))
+            if most_tilt_deg is not None and tilt > most_tilt_deg:
+                share = i / max(1, len(places_m) - 1)
+                reason = (
+                    f"the arm would tilt what it carries by {tilt:.0f}°, {share:.0%} of the way"
+                )
                 break
         if not reason:
             return JointMotion(q)
@@ -170,11 +185,12 @@ def _collision_limit(world: World) -> Any:
 
 def drive(
     world: World, motion: JointMotion, monitor: Any
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Drives the joints along the motion in simulation.
 
     Returns:
-        Times (n,), places of the carried body (n, 3), and joints (n, 7), `PERIOD_S` apart.
+        Times (n,), places of the carried body (n, 3), joints (n, 7), and how far the body is from
+        upright (n,), degrees; `PERIOD_S` apart.
     """
     import mujoco
 
@@ -191,11 +207,14 @@ def drive(
     speed = np.gradient(wanted, STEP_S, axis=0)
     places: FloatArray = np.empty((len(q), 3))
     joints: FloatArray = np.empty((len(q), q.shape[1]))
+    tilts: FloatArray = np.empty(len(q))
     mass = np.zeros((model.nv, model.nv))
     for i in range(len(fine)):
         if i % every == 0:
             places[i // every] = data.xpos[world.carried]
             joints[i // every] = data.qpos
+            up = float(data.xmat[world.carried].reshape(3, 3)[2, 2])
+            tilts[i // every] = np.degrees(np.arccos(np.clip(up, -1.0, 1.0)))
             monitor.clearances(data)
         wish = _STIFFNESS * (wanted[i] - data.qpos) + 2 * np.sqrt(_STIFFNESS) * (
             speed[i] - data.qvel
@@ -204,4 +223,4 @@ def drive(
         data.qfrc_applied[:] = mass @ wish + data.qfrc_bias - data.qfrc_passive
         mujoco.mj_step(model, data)
         monitor.contacts(data)
-    return at, places, joints
+    return at, places, joints, tilts

@@ -21,6 +21,7 @@ from demospec.planning.constrained._obstacles import Obstacle
 from demospec.planning.constrained._plan import Found, plan_constrained
 from demospec.planning.constrained._requirements import Requirements
 from demospec.planning.constrained._shorten import length
+from demospec.planning.constrained._timing import SpeedLimit
 from demospec.rules import Constraint as RuleConstraint
 from demospec.scene import Scene
 
@@ -62,7 +63,7 @@ def planned_with_constraints(
     began = time.perf_counter()
     scene = rule.scene
     free = requirements_of(constraints, scene, "value")
-    a, b = (_raised(p, free) for p in (start, goal))
+    a, b = (_raised(p, free, allowance) for p in (start, goal))
     asked = requirements_of(constraints, scene, envelope, a, b)
     _refuse_heights(asked, scene, a, b)
     side = max(bounds[2] - bounds[0], bounds[3] - bounds[1])
@@ -72,7 +73,13 @@ def planned_with_constraints(
         (check,) = checks_of([asked.constraints[i]], [asked.how[i]], scene, points, t, columns)
         return check.margin
 
-    grown = replace(asked, obstacles=tuple(_grown(o, allowance, a, b) for o in asked.obstacles))
+    grown = replace(
+        asked,
+        obstacles=tuple(_grown(o, allowance, a, b) for o in asked.obstacles),
+        speeds=tuple(_sooner(limit, allowance) for limit in asked.speeds),
+        low=max(asked.low, min(asked.low + allowance, a[2], b[2])),
+        high=min(asked.high, max(asked.high - allowance, a[2], b[2])),
+    )
     zones = tuple(_grown(_of_zone(z), allowance, a, b) for z in rule.zones)
     spared = tuple(_of_zone(z) for z in within_room(rule.unknown, a[:2], b[:2]))
     found, kept_unknown = None, bool(spared)
@@ -107,10 +114,11 @@ def planned_with_constraints(
     return plan, kept
 
 
-def _raised(point: Sequence[float], asked: Requirements) -> FloatArray:
+def _raised(point: Sequence[float], asked: Requirements, allowance: float) -> FloatArray:
     z = 0.0
     if asked.raised:
-        z = float(point[2]) if len(point) > 2 else asked.low if math.isfinite(asked.low) else 0.0
+        ground = min(asked.low + allowance, asked.high) if math.isfinite(asked.low) else 0.0
+        z = float(point[2]) if len(point) > 2 else ground
     return np.array([float(point[0]), float(point[1]), z])
 
 
@@ -135,7 +143,14 @@ def _grown(obstacle: Obstacle, by: float, start: FloatArray, goal: FloatArray) -
     if by == 0.0:
         return obstacle
     room = float(obstacle.gap(np.stack([start, goal])).min())
-    return replace(obstacle, radius=obstacle.radius + max(0.0, min(by, 0.99 * room)))
+    more = max(0.0, min(by, 0.99 * room))
+    cuts = tuple((n, offset - more * (n[2] != 0.0)) for n, offset in obstacle.cuts)
+    return replace(obstacle, radius=obstacle.radius + more, cuts=cuts)
+
+
+def _sooner(limit: SpeedLimit, by: float) -> SpeedLimit:
+    """The limit from further away: who carries the plan out may come nearer."""
+    return limit if limit.radius is None else replace(limit, radius=limit.radius + by)
 
 
 def _capped(asked: Requirements) -> dict[str, float]:
