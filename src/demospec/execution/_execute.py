@@ -85,7 +85,7 @@ def execute_plan(
         if heights is not None:  # it has no third slide: as high as the plan is anywhere
             lift = float(heights.max())
         path = place.to_world(plan.points, lift + size[1])
-        motion, monitor = _simulate_gantry(scene, place, path, size, plan.t, speed_m_s)
+        motion, monitor = _simulate_gantry(scene, place, path, size, speed_m_s, plan.t)
     else:
         _need("mink", "executing a plan with an arm")
         lift = _ARM_LIFT_M + max([0.0, *(object_height_m(o, scale) for o in scene.objects or ())])
@@ -211,8 +211,8 @@ def _simulate_gantry(
     place: Placement,
     path: FloatArray,
     size: tuple[float, float],
-    planned_s: FloatArray | None,
     speed_m_s: float,
+    planned_s: FloatArray | None = None,
 ) -> tuple[Motion, Monitor]:
     import mujoco
 

@@ -129,8 +129,8 @@ def check_plan(
     """
     constraint = constraint_of(rules, scene, type, envelope)
     path = checked_points(points)
-    if constraint.limit is not None and spacing is not None:
-        path = evenly(path, constraint.limit.spacing if spacing == "rule" else spacing)
+    if constraint.limit is not None and spacing is not None and constraint.asked is None:
+        path = evenly(path[:, :2], constraint.limit.spacing if spacing == "rule" else spacing)
     seconds = None if t is None else np.asarray(t, dtype=np.float64)
     return constraint.check(path, seconds, columns)
 
