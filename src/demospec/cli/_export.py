@@ -28,7 +28,8 @@ def export(
     to: Annotated[
         str,
         typer.Option(
-            "--to", help="nav2, moveit, numpy, ompl, rosbag2, stl (folders); mcap, json, csv."
+            "--to",
+            help="nav2, moveit, numpy, ompl, rosbag2, stl, vda5050 (folders); mcap, json, csv.",
         ),
     ],
     out: Annotated[Path, typer.Option("--out", help="Folder or file to make.")],

@@ -13,8 +13,10 @@ from demospec.planning.exports._callables import write_numpy, write_ompl
 from demospec.planning.exports._messages import type_store
 from demospec.planning.exports._moveit import grown_hulls, write_moveit
 from demospec.planning.exports._nav2 import write_nav2
+from demospec.planning.exports._readme import write_readme
 from demospec.planning.exports._request import ExportRequest, export_request
 from demospec.planning.exports._stl import stl_formula, stl_signals, write_stl
+from demospec.planning.exports._vda5050 import write_vda5050
 from demospec.planning.exports._waypoints import write_waypoints_csv, write_waypoints_json
 
 __all__ = [
@@ -36,6 +38,7 @@ FOLDERS: dict[str, Callable[[ExportRequest, Path], None]] = {
     "ompl": write_ompl,
     "rosbag2": write_rosbag2,
     "stl": write_stl,
+    "vda5050": write_vda5050,
 }
 """Format → writer into a folder."""
 
@@ -52,6 +55,8 @@ def export_to(
 ) -> None:
     """Writes one export; nothing that exists is replaced unless told so.
 
+    A folder also gets ``README.txt``: the lines that make a robot use it.
+
     Args:
         request: From `export_request`.
         form: One of `FOLDERS` or `FILES`.
@@ -66,6 +71,7 @@ def export_to(
     if form in FOLDERS:
         with writing_folder(out, replace=replace) as folder:
             FOLDERS[form](request, folder)
+            write_readme(form, folder)
     elif form in FILES:
         with writing_file(out, replace=replace) as file:
             FILES[form](request, file)

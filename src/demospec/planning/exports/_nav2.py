@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from demospec.frames import FloatArray
 from demospec.planning.exports._request import ExportRequest
 
-_SLOWEST_PERCENT = 30
+SLOWEST_PERCENT = 30
 
 _OCCUPIED, _FREE = 0.998, 0.002
 """Thresholds near 1 and 0: in mode scale every value 0…100 is read back as it was written, and
@@ -71,7 +71,7 @@ def speed_percent(request: ExportRequest) -> NDArray[np.int8]:
     for zone in where.zones:
         beyond = zone.shape.signed_distance(centers) - zone.radius
         band = max(zone.radius, where.cell)
-        limit = _SLOWEST_PERCENT + (100 - _SLOWEST_PERCENT) * np.clip(beyond / band, 0.0, 1.0)
+        limit = SLOWEST_PERCENT + (100 - SLOWEST_PERCENT) * np.clip(beyond / band, 0.0, 1.0)
         percent = np.minimum(percent, np.where(beyond < band, limit, 101.0))
     percent = np.minimum(np.rint(percent), _limited(request))
     return np.where(percent > 100, 0, percent).astype(np.int8)
