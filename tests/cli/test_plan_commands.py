@@ -102,7 +102,7 @@ def test_export_lists_its_files_and_never_overwrites(
     where = ("--scene", scene.scene_id, "--type", "careful")
     command = ("export", rules, folder, *where, "--to", "nav2", "--out", str(tmp_path / "n"))
     assert run(*command, "--json") == 0
-    assert len(json.loads(capsys.readouterr().out)["files"]) == 7
+    assert len(json.loads(capsys.readouterr().out)["files"]) == 8  # with README.txt
     assert run(*command) == 2
     assert "use --force" in capsys.readouterr().err
     assert run(*command, "--force") == 0

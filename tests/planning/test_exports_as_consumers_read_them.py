@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import re
 import runpy
 from pathlib import Path
 from typing import Any
@@ -319,7 +320,7 @@ def test_a_readme_is_beside_each_and_names_files_that_are_there(
     text = (out / "README.txt").read_text()
     there = {f.name for f in out.iterdir()} - {"README.txt"}
     assert any(name in text for name in there)
-    words = {w.strip("\"'(),;)") for w in text.replace(":=", " ").replace("(", " ").split()}
+    words = set(re.findall(r"[\w.]+", text))
     endings = (".yaml", ".json", ".csv", ".py", ".npz")
     assert {w for w in words if w.endswith(endings)} <= there
     if form == "numpy":  # its lines run as they stand

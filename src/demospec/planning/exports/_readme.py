@@ -80,8 +80,8 @@ set headerId, timestamp, manufacturer, serialNumber and your mapId in zone_set.j
 mosquitto_pub -h BROKER -t uagv/v3/MANUFACTURER/SERIAL/zoneSet -f zone_set.json
 enable it by the instant action enableZoneSet with its zoneSetId
 
-Robots refuse a zoneSetId that they know, so it changes with the zones. Vertices are metres. Blocked zones hold the clearance of a point: the
-robot's own size is the robot's to add.
+Robots refuse a zoneSetId that they know, so it changes with the zones. Vertices are metres.
+Blocked zones hold the clearance of a point: the robot's own size is the robot's to add.
 """,
 }
 """Form → text."""
