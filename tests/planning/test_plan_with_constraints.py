@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -267,3 +268,21 @@ def test_mixed_constraints_in_random_scenes(seed: int) -> None:
         assert gap[front].min(initial=np.inf) >= side - 1e-6
         assert (speed[gap <= 10] <= slow).all()
     assert ((points >= 2 - 1e-6) & (points <= 98 + 1e-6)).all()
+
+
+def test_height_and_speed_are_drawn_under_the_plan(tmp_path: Path) -> None:
+    """A panel each, where the plan has them; none for a rule of distances."""
+    import PIL.Image
+
+    from demospec.report import draw_plan
+
+    slow = {"feature": "speed", "value": 2.0, "when": {"within": 15.0, "of": "person"}}
+    high = {"feature": "height", "value": 3.0, "sense": "at_least"}
+    near = {"feature": "distance", "of": "person", "value": 5.0}
+    heights = []
+    for i, asked in enumerate([(near,), (near, slow), (near, slow, high)]):
+        known, scene = rule(*asked), table(person("p", 50, 60))
+        file = tmp_path / f"{i}.png"
+        draw_plan(cost_map(known, scene), scene, plan_path(known, scene), file)
+        heights.append(PIL.Image.open(file).size[1])
+    assert heights[0] < heights[1] < heights[2]

@@ -43,9 +43,13 @@ def draw_plan(
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(6.4, 5.2), dpi=120, layout="constrained")
+    along = _profiles(plan)
+    figure = Figure(figsize=(6.4, 5.2 + 1.5 * len(along)), dpi=120, layout="constrained")
     FigureCanvasAgg(figure)
-    axes = figure.add_subplot()
+    rows = figure.add_gridspec(1 + len(along), 1, height_ratios=[4.5] + [1.3] * len(along))
+    axes = figure.add_subplot(rows[0])
+    for row, (name, x, y, limits) in enumerate(along, start=1):
+        _draw_profile(figure.add_subplot(rows[row]), name, x, y, limits, last=row == len(along))
     x0, y0, x1, y1 = cost_map.bounds
     if scene.picture is not None:
         axes.imshow(scene.pixels(), extent=(x0, x1, y1, y0))
@@ -69,6 +73,50 @@ def draw_plan(
     figure.legend(loc="outside lower center", fontsize=8, ncols=2)
     with writing_file(path) as temporary:
         figure.savefig(temporary, format="png")
+
+
+Profile = tuple[str, FloatArray, FloatArray, list[tuple[str, float]]]
+"""Name with unit, way from the start, value there, and the limits with their words."""
+
+
+def _profiles(plan: Plan) -> list[Profile]:
+    """Height and speed along a plan, where it has them."""
+    if not plan.found:
+        return []
+    found: list[Profile] = []
+    way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(plan.points[:, :2], axis=0).T))])
+    asked = [(c.sentence, c.worst.constraint) for c in plan.check.constraints]
+    if "z" in plan.columns:
+        limits = [(words, c.value) for words, c in asked if c.feature == "height"]
+        unit = next((c.unit for _, c in asked if c.feature in ("height", "height_over")), "")
+        z = plan.points[:, plan.columns.index("z")]
+        found.append((f"height [{unit}]", way, z, limits))
+    if plan.t is not None:
+        limits = [(words, c.value) for words, c in asked if c.feature == "speed"]
+        unit = next((c.unit for _, c in asked if c.feature == "speed"), "")
+        speed = np.diff(way) / np.maximum(np.diff(plan.t), 1e-12)
+        steps = np.repeat(way, 2)[1:-1]
+        name = f"speed [{unit}]" if unit else "speed"
+        found.append((name, steps, np.repeat(speed, 2), limits))
+    return found
+
+
+def _draw_profile(
+    axes: Any, name: str, x: FloatArray, y: FloatArray, limits: list[tuple[str, float]], *,
+    last: bool,
+) -> None:  # fmt: skip
+    axes.plot(x, y, color=ACCEPTED, lw=2.0)
+    for words, value in limits:
+        axes.axhline(value, color=RING, lw=1.3, ls="--")
+        axes.annotate(
+            words, (0.01, value), xycoords=("axes fraction", "data"), fontsize=7, va="bottom"
+        )
+    axes.set_ylim(bottom=0.0)
+    axes.margins(y=0.25)
+    axes.set_ylabel(name, fontsize=8)
+    axes.tick_params(labelsize=7)
+    if last:
+        axes.set_xlabel("way from the start", fontsize=8)
 
 
 def plan_panels(run: Run, plans: Sequence[PlanEntry]) -> bytes:
