@@ -284,5 +284,6 @@ def test_height_and_speed_are_drawn_under_the_plan(tmp_path: Path) -> None:
         known, scene = rule(*asked), table(person("p", 50, 60))
         file = tmp_path / f"{i}.png"
         draw_plan(cost_map(known, scene), scene, plan_path(known, scene), file)
-        heights.append(PIL.Image.open(file).size[1])
+        with PIL.Image.open(file) as image:
+            heights.append(image.size[1])
     assert heights[0] < heights[1] < heights[2]

@@ -191,8 +191,11 @@ def _how(index: int, constraint: Constraint, value: float, made: _Made) -> str:
         else:
             made.high = min(made.high, value)
         return "height"
-    if constraint.sense != "at_most" or value <= 0:
+    if constraint.sense != "at_most":
         return "check"
+    if value <= 0 and feature in ("speed", "dwell", "duration"):
+        expected = f"a {feature} > 0 (of what is not to be entered at all: a distance)"
+        raise InputError(expected, value, field=f"constraints[{index}].value")
     of, radius = constraint.of, 0.0
     if when is not None:
         of, radius = when.of, when.within
