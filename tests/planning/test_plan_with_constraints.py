@@ -287,3 +287,10 @@ def test_height_and_speed_are_drawn_under_the_plan(tmp_path: Path) -> None:
         with PIL.Image.open(file) as image:
             heights.append(image.size[1])
     assert heights[0] < heights[1] < heights[2]
+
+
+@pytest.mark.parametrize("feature", ["speed", "dwell"])
+def test_nothing_is_done_at_no_speed_or_in_no_time(feature: str) -> None:
+    asked = {"feature": feature, "value": 0.0, "when": {"within": 5.0, "of": "person"}}
+    with pytest.raises(InputError, match=f"a {feature} > 0"):
+        plan_path(rule(asked), table(person("p", 50, 90)))
