@@ -99,7 +99,9 @@ def _constraints(data: DemonstrationSet, found: Posterior) -> dict[str, Learned]
     out = {}
     for name, alone in found.people.items():
         own = found.evidence.of_person(name)
-        if not alone.contradicted or own.seen.any() or own.valid.all() or not own.valid.any():
+        # Several clearances that differ may stand for one constraint that is none of them.
+        plain = len({round(v / own.unit, 6) for v in alone.rule.value.values()}) <= 1
+        if (plain and not alone.contradicted) or own.seen.any() or len(set(own.valid)) < 2:
             continue
         one = learn_constraints(
             data, own.rows, own.names, own.values, own.valid, len(alone.contradicted)

@@ -20,7 +20,7 @@ from scipy.special import betaln, logsumexp
 
 from demospec.frames import FloatArray
 
-MARGIN = 3.0
+MARGIN = 2.0
 """Nats by which the best rule with constraints must beat all rules of distances alone."""
 
 BEAM = 12
@@ -31,7 +31,7 @@ _CELLS = 16  # pairs of thresholds that a third column is tried with
 _SLIPS = 20.0  # Beta(1, 20): about one label in twenty is expected to be wrong
 _SAME = 1e-9  # of a column's range: less is no difference
 _WIDTHS = (0.005, 0.01, 0.02, 0.04)  # of soft thresholds, shares of the extent
-_DISTANCE, _SECOND, _EXTRA = 0.5, 0.1, 0.05  # prior odds of a distance, one more, a constraint
+_DISTANCE, _SECOND, _EXTRA = 0.5, 0.1, 0.3  # prior odds of a distance, one more, a constraint
 
 Bools = NDArray[np.bool_]
 Ints = NDArray[np.int64]
