@@ -134,6 +134,11 @@ def search(
     if not known:
         return Found((), -np.inf, exact)
     top = max(known, key=lambda m: (known[m], m))
+    # A second constraint has to earn its place beside the first, as the first beside distances.
+    single = [m for m in known if sum(pool[i].extra >= 0 for i in m) == 1]
+    simpler = max(single, key=lambda m: (known[m], m), default=top)
+    if known[top] - known[simpler] < MARGIN:
+        top = simpler
     gain = float(known[top] - base)
     named = tuple(pool[i].extra for i in top if pool[i].extra >= 0)
     if gain < MARGIN:
