@@ -9,7 +9,7 @@ JOBS ?= 2
 # them: its build is chosen by TORCH.
 CONSTRAINTS ?= -c constraints/dev.txt
 
-.PHONY: demo ros2 test test-all lint bench bench-quick docs constraints clean
+.PHONY: demo ros2 test test-all test-oldest package changelog lint bench bench-quick docs constraints clean
 
 demo: $(VENV)/.demo
 	$(BIN)/demospec demo --out runs/demo
@@ -46,6 +46,35 @@ test: $(VENV)/.dev
 
 test-all: $(VENV)/.dev
 	$(BIN)/pytest -q -n $(JOBS) -m "slow or not slow"
+
+# The core at the lowest versions that pyproject.toml allows, without extras. Other packages'
+# deprecations of each other are theirs; every other warning is an error, as always.
+OLDEST := $(VENV)-oldest
+OLDEST_TESTS ?= tests/geometry tests/scene/test_scenes.py tests/scene/test_drawn_pictures.py \
+	tests/demonstrations tests/demonstrations_io tests/readers/test_tables_and_json.py \
+	tests/readers/test_tour.py tests/rules/test_clearance.py tests/rules/test_query.py \
+	tests/rules/test_goodness.py tests/audit tests/planning/test_plan.py \
+	tests/planning/test_cost_map.py tests/planning/test_distance.py tests/monitor/test_monitor.py \
+	tests/monitor/test_filter.py tests/cli/test_plan_commands.py tests/core/test_errors_and_files.py \
+	tests/core/test_frames.py
+test-oldest: $(VENV)/.dev
+	$(BIN)/uv venv -q --clear --python $(PYTHON) $(OLDEST)
+	$(BIN)/uv pip compile -q --resolution lowest-direct --python $(OLDEST) pyproject.toml \
+		-o $(OLDEST)/lowest.txt > $(OLDEST)/resolved.txt
+	$(BIN)/uv pip install -q --python $(OLDEST) -c $(OLDEST)/lowest.txt -e . \
+		pytest hypothesis jsonschema "pandas<3" qpsolvers daqp
+	OMP_NUM_THREADS=1 $(OLDEST)/bin/python -m pytest -q -p no:cacheprovider \
+		-W ignore::DeprecationWarning $(OLDEST_TESTS)
+
+# A wheel and an sdist in dist/, checked as an index would.
+package: $(VENV)/.dev
+	rm -rf dist
+	$(BIN)/python -m build --installer uv > /dev/null
+	$(BIN)/twine check --strict dist/*
+
+# The fragments of changelog.d/ under one heading of CHANGELOG.md:  make changelog VERSION=0.2.0
+changelog:
+	$(PYTHON) changelog.d/gather.py $(VERSION)
 
 # A few minutes on two cores; the table is benchmarks/results/suite.md.
 bench: $(VENV)/.dev
