@@ -20,14 +20,14 @@ import gzip
 import json
 import platform
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from demospec.demonstrations import Demonstration, Demonstrations, DemonstrationSet
-from demospec.rules import learn_rules, nearest_approach
+from demospec.rules import ClearanceRule, learn_rules, nearest_approach
 from demospec.scene import Scene, SceneObject
 
 CUT = 50.0
@@ -45,8 +45,12 @@ def ratings(folder: Path) -> dict[str, list[dict[str, Any]]]:
     return out
 
 
-def as_set(rows: list[dict[str, Any]], rater: str) -> DemonstrationSet:
-    """One scene a rating, in metres, y as it came; the robot stands at the origin."""
+def as_set(rows: list[dict[str, Any]], rater: str, *, graded: bool = False) -> DemonstrationSet:
+    """One scene a rating, in metres, y as it came; the robot stands at the origin.
+
+    Args:
+        graded: Whether the scores are given beside their cut.
+    """
     scenes, items = [], []
     for i, row in enumerate(rows):
         things = [
@@ -58,7 +62,7 @@ def as_set(rows: list[dict[str, Any]], rater: str) -> DemonstrationSet:
         items.append(
             Demonstration(
                 f"r{i:04}", f"r{i:04}", np.zeros((1, 2)), type=rater,
-                valid=bool(row["score"] >= CUT),
+                valid=bool(row["score"] >= CUT), score=row["score"] / 100 if graded else None,
             )
         )  # fmt: skip
     return DemonstrationSet(
@@ -109,41 +113,61 @@ def boosted(x: np.ndarray, y: np.ndarray, new: np.ndarray) -> np.ndarray | None:
     return np.asarray(model.fit(np.minimum(x, 9.0), y).predict(np.minimum(new, 9.0)))
 
 
+@dataclass
+class Tally:
+    """What the draws of one number of labels gave, learned in one way."""
+
+    accuracy: list[float] = field(default_factory=list)
+    held: list[bool] = field(default_factory=list)
+    width: list[float] = field(default_factory=list)
+
+    def add(self, rule: ClearanceRule, near: np.ndarray, label: np.ndarray, kept: float) -> None:
+        """A rule, judged by other ratings of the rater and by all of them (`kept`)."""
+        limit = np.array([rule.value.get(s, -np.inf) for s in SYMBOLS])
+        self.accuracy.append(balanced((near >= limit).all(axis=1), label))
+        low, high = rule.interval.get("human", (np.inf, -np.inf))
+        self.held.append(low <= kept <= high)
+        if low <= high:
+            self.width.append(high - low)
+
+    def to_json(self) -> dict[str, Any]:
+        return {
+            "balanced_accuracy": round(float(np.mean(self.accuracy)), 4),
+            "holds": f"{sum(self.held)} of {len(self.held)}",
+            "width_m": round(float(np.median(self.width)), 3) if self.width else None,
+        }
+
+
+def clearance_of(data: DemonstrationSet) -> ClearanceRule:
+    """The clearances of the only person of a set."""
+    (rules,) = learn_rules(data, distance="center", influence=False).rules.values()
+    assert rules.clearance is not None
+    return rules.clearance
+
+
 def rows_of(rater: str, rows: list[dict[str, Any]], counts: list[int], draws: int
             ) -> Iterator[dict[str, Any]]:  # fmt: skip
     """One line for each number of labels."""
-    data = as_set(rows, rater)
-    near, label = distances(data), data.demonstrations.valid == 1
-    long_run = learn_rules(data, distance="center", influence=False).rules[rater].clearance
-    assert long_run is not None
-    kept = long_run.value.get("human", float("nan"))
+    cut, graded = as_set(rows, rater), as_set(rows, rater, graded=True)
+    near, label = distances(cut), cut.demonstrations.valid == 1
+    kept = clearance_of(cut).value.get("human", float("nan"))
     for count in counts:
         if count > len(rows) - 100:
             continue
-        said, held, width, boost = [], [], [], []
+        of_cut, of_grades, boost = Tally(), Tally(), []
         for draw in range(draws):
             chosen = np.random.default_rng([draw, count]).permutation(len(rows))
             mine, rest = np.sort(chosen[:count]), chosen[count:]
-            rule = learn_rules(part(data, mine), distance="center", influence=False).rules[rater]
-            c = rule.clearance
-            assert c is not None
-            limit = np.array([c.value.get(s, -np.inf) for s in SYMBOLS])
-            said.append(balanced((near[rest] >= limit).all(axis=1), label[rest]))
-            if "human" in c.interval:
-                low, high = c.interval["human"]
-                held.append(low <= kept <= high)
-                width.append(high - low)
-            else:
-                held.append(False)
+            for tally, data in ((of_cut, cut), (of_grades, graded)):
+                tally.add(clearance_of(part(data, mine)), near[rest], label[rest], kept)
             other = boosted(near[mine], label[mine], near[rest])
             if other is not None:
                 boost.append(balanced(other, label[rest]))
         yield {
             "rater": rater,
             "labels": count,
-            "balanced_accuracy": round(float(np.mean(said)), 4),
-            "holds": f"{sum(held)} of {draws}",
-            "width_m": round(float(np.median(width)), 3) if width else None,
+            **of_cut.to_json(),
+            "graded": of_grades.to_json(),
             "boosting": round(float(np.mean(boost)), 4) if boost else None,
             "long_run_m": round(float(kept), 3),
         }

@@ -9,7 +9,7 @@ is right and which suspect explains the rest, where the set holds it.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -233,6 +233,11 @@ def _two_people(world: World, _: np.random.Generator) -> Bools:
     return np.where(first, one, other)
 
 
+def _two_unnamed(world: World, rng: np.random.Generator) -> Bools:
+    """Whose answer each is, the set does not say: its demonstrators are others."""
+    return _two_people(replace(world, demonstrator=rng.permutation(world.demonstrator)), rng)
+
+
 def _demonstrator(world: World, rng: np.random.Generator) -> Bools:
     return (world.demonstrator == "person-0") ^ (rng.random(len(world.scene)) < 0.05)
 
@@ -309,6 +314,7 @@ KINDS: dict[str, Kind] = {
     "edge": Kind(_edge, "out", "place"),
     "crowd": Kind(_crowd, "out", "count"),
     "unlisted class": Kind(_hidden, "out", None, hidden=("glass",)),
+    "two people, unnamed": Kind(_two_unnamed, "out", "two people"),
 }
 
 

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from demospec.demonstrations import DemonstrationSet
 from demospec.frames import FloatArray
 from demospec.rules._covariates import covariates_of
 from demospec.rules._evidence import Bools, Evidence
-from demospec.rules._goodness import Fit, goodness_of_fit
+from demospec.rules._goodness import Fit, FitVerdict, goodness_of_fit
+from demospec.rules._two_people import two_people
 from demospec.rules.clearance._fit import ClearanceFit
 from demospec.rules.clearance._likelihood import margins
 from demospec.rules.constraints._learned import Learned
@@ -31,14 +34,26 @@ def goodness_of(
     wrong = np.zeros(len(own), dtype=bool)
     wrong[list(fit.contradicted)] = True
     limit = np.array([[fit.rule.value.get(name, -np.inf) for name in own.names]])
-    return goodness_of_fit(
+    predicted = fit.p_valid(own.values)
+    tested = goodness_of_fit(
         own.values,
         own.valid,
-        predicted=fit.p_valid(own.values),
+        predicted=predicted,
         wrong=wrong,
         margin=margins(own.values, limit)[0],
         covariates=lambda: covariates_of(data, own.rows, own.names, own.values, own.extent),
     )
+    if not wrong.any() or any(s.feature not in _OF_DISTANCE for s in tested.suspects):
+        return tested
+    two = two_people(own.values, own.valid, predicted, own.names)
+    if two is None:
+        return tested
+    verdict: FitVerdict = "partly" if tested.verdict == "explains" else tested.verdict
+    return replace(tested, verdict=verdict, suspects=(two, *tested.suspects))
+
+
+_OF_DISTANCE = ("distance", "near", "side", "count")
+"""Suspects that two people who mind different things bring with them; any other tells more."""
 
 
 def conjunction_wrong(own: Evidence, fit: ClearanceFit, beside: Learned) -> Bools:
