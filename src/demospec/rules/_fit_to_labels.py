@@ -11,6 +11,7 @@ from demospec.frames import FloatArray
 from demospec.rules._covariates import covariates_of
 from demospec.rules._evidence import Bools, Evidence
 from demospec.rules._goodness import Fit, FitVerdict, goodness_of_fit
+from demospec.rules._residuals import Suspect
 from demospec.rules._two_people import two_people
 from demospec.rules.clearance._fit import ClearanceFit
 from demospec.rules.clearance._likelihood import margins
@@ -43,7 +44,7 @@ def goodness_of(
         margin=margins(own.values, limit)[0],
         covariates=lambda: covariates_of(data, own.rows, own.names, own.values, own.extent),
     )
-    if not wrong.any() or any(s.feature not in _OF_DISTANCE for s in tested.suspects):
+    if not wrong.any() or any(_tells_more(s) for s in tested.suspects):
         return tested
     two = two_people(own.values, own.valid, predicted, own.names)
     if two is None:
@@ -52,8 +53,10 @@ def goodness_of(
     return replace(tested, verdict=verdict, suspects=(two, *tested.suspects))
 
 
-_OF_DISTANCE = ("distance", "near", "side", "count")
-"""Suspects that two people who mind different things bring with them; any other tells more."""
+def _tells_more(suspect: Suspect) -> bool:
+    """Than that there are two people: who mind different classes bring suspects of classes and
+    counts with them, but who is who is the better answer."""
+    return suspect.feature == "demonstrator" or (suspect.of is None and suspect.feature != "count")
 
 
 def conjunction_wrong(own: Evidence, fit: ClearanceFit, beside: Learned) -> Bools:

@@ -8,7 +8,7 @@ however near it is, what both mind never, what neither minds always.
 
 from __future__ import annotations
 
-from itertools import combinations, pairwise
+from itertools import combinations
 
 import numpy as np
 
@@ -24,7 +24,8 @@ CALLED = 0.05
 
 _FEWEST = 20  # labels
 _LEAST_CELL = 3  # paths of each of the two kinds that the two disagree about
-_THRESHOLDS = 12
+_THRESHOLDS = 32
+_NEAREST = 2 / 3  # of the paths lie about the thresholds: nobody rejects more for one thing
 _SHARES = np.array([0.25, 0.35, 0.45, 0.55, 0.65, 0.75])  # of the answers that are the first's
 _SLIPS = np.array([0.005, 0.03, 0.1])
 _LAPSES = np.linspace(0.005, 0.495, 50)  # wrong answers of one person: the best for them
@@ -96,7 +97,7 @@ def two_people(
     at = int(log_p.max(axis=(0, 1)).argmax())
     mine, theirs = (listed([names[k] for k in sets[rules[row]]]) for row in (first[at], second[at]))
     note = f"one of them minds {mine}, the other {theirs}; say who demonstrated what"
-    return Suspect(FEATURE, None, round(p, 4), note)
+    return Suspect(FEATURE, None, max(round(p, 4), 1e-4), note)
 
 
 def _subsets(near: FloatArray) -> list[tuple[int, ...]]:
@@ -113,8 +114,10 @@ def _thresholds(values: FloatArray) -> list[float]:
     finite = np.unique(values[np.isfinite(values)])
     if len(finite) < 2:
         return []
-    ranks = np.unique(np.linspace(0, len(finite) - 1, _THRESHOLDS + 1).round().astype(np.int64))
-    return [float(finite[a] + finite[b]) / 2 for a, b in pairwise(ranks.tolist())]
+    ranks = np.unique(
+        np.linspace(0, _NEAREST * (len(finite) - 1), _THRESHOLDS + 1).round().astype(np.int64)
+    )
+    return [float(finite[i] + finite[i + 1]) / 2 for i in ranks.tolist() if i + 1 < len(finite)]
 
 
 def _log_likelihood(valid: BoolArray, p: FloatArray | float) -> float:
