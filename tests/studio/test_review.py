@@ -18,10 +18,10 @@ with warnings.catch_warnings():
     from fastapi.testclient import TestClient
 
 from demospec.demonstrations import bezier_points, simulate_set, write_set
-from demospec.studio.review._doubts import Doubts
 from demospec.studio.review._gallery import A_PAGE, MOST_POINTS, gallery, history
 from demospec.studio.server._api import install
 from demospec.studio.session._workspace import Workbench
+from demospec.studio.teach._doubts import Doubts
 
 
 @pytest.fixture(scope="module")
@@ -152,3 +152,42 @@ def test_check_names_what_is_open(client: Any, bench: Workbench) -> None:
     assert {p["name"] for p in people} == {"careful", "normal", "aggressive"}
     assert all(p["sentence"] and len(p["lights"]) == 3 for p in people)
     assert "demonstrations" in client.get("/api/check?audit=true").json()
+
+
+def test_check_asks_about_whatever_the_sentence_counts(bench: Workbench, client: Any) -> None:
+    """A label that no single path contradicts, but the rule of all the others does."""
+    alone: list[Any] = []
+    mine = iter([d for d in bench.demonstrations if d.type == "normal"])
+    while not alone:  # until a reversed label is of that kind
+        demo = next(mine)
+        bench.label(demo.demo_id, not demo.valid, actor="tab-a")
+        rules = bench.rules()
+        assert rules is not None
+        contradicted = rules.of_type("normal").evidence["contradicted"]
+        check = client.get("/api/check").json()
+        asked = {n for d in check["doubts"] for n in (*d["accepted"], *d["rejected"])}
+        assert set(contradicted) <= asked
+        alone = [d for d in check["doubts"] if len({*d["accepted"], *d["rejected"]}) == 1]
+        # Every page says the same of what is open.
+        steps = client.get("/api/steps").json()["steps"]
+        assert steps == client.get("/api/check").json()["steps"]
+        if not alone:
+            bench.undo("tab-a")
+    names = [*alone[0]["accepted"], *alone[0]["rejected"]]
+    assert client.post("/api/keep", json={"demo_ids": names}).json() == {"kept": 1}
+    assert alone[0] not in client.get("/api/check").json()["doubts"]
+
+
+def test_small_pictures_without_a_photograph_show_what_stands_there(tmp_path: Path) -> None:
+    from dataclasses import replace
+
+    data, _ = simulate_set(train_scenes=1, test_scenes=0, demonstrations=1, seed=4)
+    bare = tuple(replace(s, picture=None, recipe=None) for s in data.scenes)
+    folder = write_set(replace(data, scenes=bare), tmp_path / "set")
+    bench = Workbench(folder, out=tmp_path / "out")
+    (frame,) = gallery(bench)["scenes"].values()
+    assert len(frame["outlines"]) == len(bare[0].listed_objects())
+    x0, y0, x1, y1 = frame["bounds"]
+    for outline in frame["outlines"]:
+        assert all(x0 - 0.01 <= x <= x1 + 0.01 and y0 - 0.01 <= y <= y1 + 0.01 for x, y in outline)
+    bench.close()

@@ -11,11 +11,12 @@ from pydantic import BaseModel, ConfigDict, Field
 from demospec.errors import InputError
 from demospec.report import people_of
 from demospec.studio.results._run import taught_run
-from demospec.studio.review._doubts import Doubts, doubtful_labels
+from demospec.studio.review._audit import doubtful_labels
 from demospec.studio.review._gallery import frames, gallery, history, small
 from demospec.studio.session._workspace import Workbench
 from demospec.studio.table._endpoints import actor_of
 from demospec.studio.table._steps import steps_of
+from demospec.studio.teach._doubts import doubts_of
 
 
 class Change(BaseModel):
@@ -30,7 +31,7 @@ class Change(BaseModel):
 
 
 class Kept(BaseModel):
-    """Rejected demonstrations that are right, with what contradicts them."""
+    """Demonstrations that are right, with what contradicts them."""
 
     model_config = ConfigDict(extra="forbid")
     demo_ids: list[str] = Field(min_length=1)
@@ -47,7 +48,7 @@ class Renamed(BaseModel):
 def review_router(bench: Workbench) -> APIRouter:
     """The end points."""
     router = APIRouter(prefix="/api", tags=["review"])
-    doubts = Doubts(bench)
+    doubts = doubts_of(bench)
 
     @router.get("/gallery", summary="Paths as small pictures, filtered, a page at a time")
     def get_gallery(

@@ -11,6 +11,7 @@ from demospec.demonstrations import Demonstration
 from demospec.report import short_name
 from demospec.studio.session._journal import Event, effective
 from demospec.studio.session._workspace import Workbench
+from demospec.studio.table._endpoints import corners
 
 A_PAGE = 48
 MOST_POINTS = 40
@@ -55,6 +56,8 @@ def frames(bench: Workbench, scene_ids: Collection[str]) -> dict[str, Any]:
             "picture": scene.picture is not None,
             "start": list(scene.start[:2]),
             "goal": list(scene.goal[:2]),
+            # A picture shows what stands there.
+            "outlines": [] if scene.picture else [corners(o.outline) for o in scene.objects or ()],
         }
     return found
 

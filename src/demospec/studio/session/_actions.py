@@ -184,7 +184,7 @@ class Actions:
         self._changed()
 
     def keep(self, demo_ids: Sequence[str], *, actor: str) -> None:
-        """Says of rejected demonstrations that they and what contradicts them are right."""
+        """Says of demonstrations that they and what contradicts them are right."""
         for name in demo_ids:
             self._must_stand(name)
         self.journal.append("keep", {"demo_ids": list(demo_ids)}, actor=actor)

@@ -49,8 +49,8 @@ function paint() {
     html("div", { class: "rv-pair" }, ...[...d.accepted, ...d.rejected].slice(0, 6).map((id) => pictured(id, html("a", { href: teachAt(shown(id)) }, "open")))),
     html("div", { class: "rv-do" }, ...d.accepted.map((id) => button(`Reject ${shown(id).name}`, () => judge(id, false))),
       ...(d.rejected.length === 1 ? [button(`Accept ${shown(d.rejected[0]).name}`, () => judge(d.rejected[0], true))] : []),
-      button(d.accepted.length && d.rejected.length === 1 ? "Both are right" : "All are right", () => act("keep", { demo_ids: d.rejected }, "Kept: it will not be asked again."))),
-  ])) empty("doubts", "No answer contradicts another.");
+      button(d.accepted.length + d.rejected.length === 1 ? "It is right" : d.accepted.length + d.rejected.length === 2 ? "Both are right" : "All are right", () => act("keep", { demo_ids: d.rejected.length ? d.rejected : d.accepted }, "Kept: it will not be asked again."))),
+  ])) empty("doubts", "No contradiction is open.");
   if (!oneOf("unsaid", doc.unsaid.filter((id) => shown(id)), (id) => [
     html("div", { class: "rv-one" }, pictured(id)),
     html("div", { class: "rv-do" }, button("Accept", () => judge(id, true), "accept"), button("Reject", () => judge(id, false), "reject"), html("a", { href: teachAt(shown(id)) }, "open in Teach")),

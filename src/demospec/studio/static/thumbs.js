@@ -26,6 +26,7 @@ export function thumb(scene, demos) {
   const unit = Math.max(w, h) / 200;
   const layers = [];
   if (scene.picture) layers.push(node("image", { href: `/api/scenes/${encodeURIComponent(demos[0].scene_id)}/picture.png`, width: w, height: h, preserveAspectRatio: "none", loading: "lazy" }));
+  for (const outline of scene.outlines) layers.push(node("polygon", { class: "standing", points: line(outline) }));
   for (const d of demos) layers.push(node("polyline", { class: "halo", points: line(d.points) }), node("polyline", { class: `path ${WORDS[d.valid]}`, points: line(d.points) }));
   const [gx, gy] = scene.goal, r = 6 * unit;
   const star = Array.from({ length: 10 }, (_, i) => { const a = -Math.PI / 2 + i * Math.PI / 5, s = (i % 2 ? 0.45 : 1) * 1.6 * r; return `${gx + s * Math.cos(a)} ${gy + s * Math.sin(a)}`; }).join("L");

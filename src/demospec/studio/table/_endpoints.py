@@ -16,6 +16,7 @@ from demospec.studio.session._workspace import Workbench
 from demospec.studio.table._found import find_in
 from demospec.studio.table._marker import can_find, scale_by_marker
 from demospec.studio.table._steps import missing_on_table, steps_of
+from demospec.studio.teach._doubts import doubts_of
 
 ACTOR = "api"
 Point = tuple[float, float]
@@ -86,7 +87,7 @@ def table_document(bench: Workbench, scene_id: str, type: str = "") -> dict[str,
             "symbol": o.symbol,
             "named": not o.symbol.startswith(UNNAMED),
             "heading_deg": o.heading_deg,
-            "outline": _corners(o.outline),
+            "outline": corners(o.outline),
         }
         for o in scene.objects or ()
     ]
@@ -105,12 +106,17 @@ def table_document(bench: Workbench, scene_id: str, type: str = "") -> dict[str,
         "symbols": [s for s in bench.symbols if not s.startswith(UNNAMED)],
         "markers": can_find(),
         "missing": missing_on_table(bench, scene_id),
-        "steps": [vars(s) for s in steps_of(bench, scene_id, type or bench.types[0])],
+        "steps": _steps(bench, scene_id, type),
         "version": bench.version,
     }
 
 
-def _corners(shape: Any) -> list[list[float]]:
+def _steps(bench: Workbench, scene_id: str, type: str) -> list[dict[str, Any]]:
+    open_ = len(doubts_of(bench).all())
+    return [vars(s) for s in steps_of(bench, scene_id, type or bench.types[0], open_)]
+
+
+def corners(shape: Any) -> list[list[float]]:
     """Corners to draw and to drag; of a round thing 24 of them."""
     from demospec.geometry import rims
 
@@ -130,7 +136,7 @@ def table_router(bench: Workbench) -> APIRouter:
     @router.get("/steps", summary="What is done and what is missing on the way")
     def get_steps(scene_id: str = "", type: str = "") -> dict[str, Any]:
         scene = scene_id or bench.scenes[0].scene_id
-        return {"steps": [vars(s) for s in steps_of(bench, scene, type or bench.types[0])]}
+        return {"steps": _steps(bench, scene, type)}
 
     @router.put("/ends", summary="Put start and goal elsewhere")
     def put_ends(new: Ends, actor: str = "") -> dict[str, Any]:

@@ -24,11 +24,11 @@ class Step:
     missing: str = ""
 
 
-def steps_of(bench: Workbench, scene_id: str, type: str, doubts: int = 0) -> tuple[Step, ...]:
+def steps_of(bench: Workbench, scene_id: str, type: str, doubts: int) -> tuple[Step, ...]:
     """The way for one table and one person.
 
     Args:
-        doubts: Contradictions that are open.
+        doubts: Contradictions that are open, of everybody.
     """
     return (
         Step("table", "Table", missing_on_table(bench, scene_id)),

@@ -17,6 +17,7 @@ from demospec.studio.session._scales import METRES
 from demospec.studio.session._workspace import Workbench
 from demospec.studio.table._steps import Step, steps_of
 from demospec.studio.teach._conflicts import Conflict, is_kept, questions
+from demospec.studio.teach._doubts import doubts_of
 from demospec.studio.teach._summary import (
     Memory,
     how_many_more,
@@ -167,7 +168,7 @@ class TeachState:
 
     def look_ahead(self) -> None:
         """What is missing on the way (for a worker thread: it may learn all rules)."""
-        doubts = len(self.conflicts)
+        doubts = len(doubts_of(self.bench).all())
         self.steps = steps_of(self.bench, self.scene_id, self.type, doubts)
 
     def ask(self) -> None:

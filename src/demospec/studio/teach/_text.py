@@ -135,5 +135,16 @@ def conflict_words(group: Sequence[Conflict], type: str) -> Markup:
     )
 
 
+def alone_words(demo_id: str, type: str, accepted: bool) -> Markup:
+    """A label that no single other one contradicts, but the rule of all the others does."""
+    who = Markup("You") if type == "me" else Markup("{}").format(type)
+    words = (
+        "{} accepted {}, but it passes closer than the other answers allow. Is that right?"
+        if accepted
+        else "{} rejected {}, but it keeps what the other answers ask for. Is that right?"
+    )
+    return Markup(words).format(who, _name(demo_id))  # noqa: S704 - the words are those above
+
+
 def _name(demo_id: str) -> Markup:
     return Markup("<b>{}</b>").format(short_name(demo_id))
