@@ -66,7 +66,8 @@ def test_a_contradiction_shows_both_paths_and_keeping_it_is_for_good(
     assert other.locator(".conflict .side").count() == 2
     page.bring_to_front()
     page.get_by_role("button", name="Both are right").click()
-    page.wait_for_function("document.querySelector('.rv-doubts').innerText.includes('No answer')")
+    told = "document.querySelector('.rv-doubts').innerText.includes('No contradiction')"
+    page.wait_for_function(told)
     other.bring_to_front()
     other.wait_for_selector(".conflict", state="detached")
     other.reload()
