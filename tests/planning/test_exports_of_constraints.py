@@ -83,7 +83,7 @@ def test_a_second_monitor_agrees_on_paths_that_were_not_planned(
 ) -> None:
     rng = np.random.default_rng(0)
     kept = 0
-    for i in range(25):
+    for i in range(16):
         points = rng.uniform([5, 5, 2], [95, 95, 14], (4, 3))
         if i % 2:  # beside everything
             points = np.array([[6.0, 50, 9], [7.0, 35, 9], [18, 28, 9], [30, 20, 9.0]])
@@ -95,7 +95,7 @@ def test_a_second_monitor_agrees_on_paths_that_were_not_planned(
         found = robustness(replace(request_, plan=plan), tmp_path / str(i))
         assert (found >= 0) == check.obeys
         kept += check.obeys
-    assert 0 < kept < 25
+    assert 0 < kept < 16
 
 
 def test_the_speed_mask_is_as_slow_as_the_rule(request_: ExportRequest, tmp_path: Path) -> None:

@@ -237,7 +237,9 @@ def test_a_users_own_feature_is_planned_by_trying() -> None:
     assert check.how == "check"
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(
+    "seed", [0, *(pytest.param(i, marks=pytest.mark.slow) for i in range(1, 8))]
+)
 def test_mixed_constraints_in_random_scenes(seed: int) -> None:
     rng = np.random.default_rng(seed)
     people = [
