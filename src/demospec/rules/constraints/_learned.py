@@ -93,7 +93,8 @@ def learn_constraints(
     columns = measured([motions[i] for i in some], [scenes[i] for i in some], asked)
     group = [c.feature for c in asked]
     wrong = round(contradicted * len(some) / len(rows))
-    found = search(near[some], columns, valid[some], group, data.length_scale, wrong)
+    about = [repr((c.feature, c.of, c.sense, c.sector, c.when and c.when.of)) for c in asked]
+    found = search(near[some], columns, valid[some], group, data.length_scale, wrong, about)
     document = {
         "candidates": int((~np.isnan(columns).any(axis=0)).sum()),
         "search": "exact" if found.exact else "beam",

@@ -10,7 +10,7 @@ else has to earn its place.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Any
 
@@ -48,6 +48,7 @@ class Cut:
         log_prior: Of the column.
         distance: Classes, where it is the least distance to them; else empty.
         extra: Number of the candidate, where it is none; else −1.
+        about: What a candidate speaks of, whatever its radius.
     """
 
     value: FloatArray
@@ -56,6 +57,7 @@ class Cut:
     log_prior: float
     distance: tuple[int, ...] = ()
     extra: int = -1
+    about: str = ""
 
 
 @dataclass(frozen=True)
@@ -82,6 +84,7 @@ def search(
     group: Sequence[str],
     extent: float,
     contradicted: int,
+    about: Sequence[str] = (),
 ) -> Found:
     """Which candidates, if any, the labels speak for beside distances.
 
@@ -90,13 +93,16 @@ def search(
         extras: (n, k) candidates, more is safer; columns of NaN are left out.
         group: (k,) the feature of each: features are as likely as each other beforehand.
         extent: Length to which soft thresholds of distance are relative.
+        about: (k,) what each speaks of, but for a radius: named once; by default each differs.
         contradicted: Labels that the clearance rule, as learned alone, gets wrong.
     """
     n = len(valid)
     sign = np.where(valid, 1.0, -1.0)
     rejected = int((~valid).sum())
     table = _evidence_table(n)
-    pool = _distances(near, valid) + _candidates(extras, valid, group)
+    about = about or [str(j) for j in range(extras.shape[1])]
+    candidates = [replace(c, about=about[c.extra]) for c in _candidates(extras, valid, group)]
+    pool = _distances(near, valid) + candidates
     singles = [(c.log_prior + _one(c, sign, int(valid.sum()), table), (i,))
                for i, c in enumerate(pool)]  # fmt: skip
     coin = float(betaln(n - rejected + 1, rejected + 1))
@@ -310,6 +316,10 @@ def _wrong(accepted: int, held: FloatArray) -> Ints:
 
 def _compatible(pool: list[Cut], model: tuple[int, ...]) -> bool:
     if len(set(model)) < len(model):
+        return False
+    # One thing with two radii is not two constraints.
+    about = [pool[i].about for i in model if pool[i].extra >= 0]
+    if len(set(about)) < len(about):
         return False
     classes = [k for i in model for k in pool[i].distance]
     return len(classes) == len(set(classes)) and sum(pool[i].extra >= 0 for i in model) <= 2
