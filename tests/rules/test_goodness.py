@@ -105,7 +105,9 @@ CONSTRAINED = {"speed": "speed", "one side": "distance", "must come near": "near
 """Kinds of people whose rule a constraint states: its feature."""
 
 
-@pytest.mark.parametrize("kind", ["one class", "sd 1", "coin 50 %", "two people", *CONSTRAINED])
+@pytest.mark.parametrize(
+    "kind", ["one class", "sd 1", "coin 50 %", "two people", "crowd", *CONSTRAINED]
+)
 def test_people_are_understood_or_not(kind: str) -> None:
     w = worlds()
     data = w.sample(kind, 3)

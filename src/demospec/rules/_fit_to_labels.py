@@ -44,7 +44,7 @@ def goodness_of(
         margin=margins(own.values, limit)[0],
         covariates=lambda: covariates_of(data, own.rows, own.names, own.values, own.extent),
     )
-    if not wrong.any() or any(_tells_more(s) for s in tested.suspects):
+    if not wrong.any() or _told(tested.suspects):
         return tested
     two = two_people(own.values, own.valid, predicted, own.names)
     if two is None:
@@ -53,10 +53,13 @@ def goodness_of(
     return replace(tested, verdict=verdict, suspects=(two, *tested.suspects))
 
 
-def _tells_more(suspect: Suspect) -> bool:
-    """Than that there are two people: who mind different classes bring suspects of classes and
-    counts with them, but who is who is the better answer."""
-    return suspect.feature == "demonstrator" or (suspect.of is None and suspect.feature != "count")
+def _told(suspects: tuple[Suspect, ...]) -> bool:
+    """Whether something tells more than that there are two people, who bring suspects of classes
+    and, behind them, of counts."""
+    return any(
+        s.feature == "demonstrator" or (s.of is None and (rank == 0 or s.feature != "count"))
+        for rank, s in enumerate(suspects)
+    )
 
 
 def conjunction_wrong(own: Evidence, fit: ClearanceFit, beside: Learned) -> Bools:
