@@ -55,6 +55,8 @@ def register(workbench: Workbench) -> None:
             if about != state.wanted() or about == state.advised:
                 return
             await run.io_bound(state.ask)
+            if about != state.wanted():
+                return  # the steps follow what happened since
             await run.io_bound(state.look_ahead)
             if about == state.wanted():
                 view.show_advice()
