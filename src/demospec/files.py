@@ -1,22 +1,38 @@
 """Reading and writing files without ever harming one.
 
 Outputs are written to a temporary name beside their place and renamed; an existing output
-is replaced only where the caller says so.
+is replaced only where the caller says so, and what the command reads is never written over
+(`reading`).
 """
 
 from __future__ import annotations
 
+import ctypes
 import json
 import os
 import shutil
 import tempfile
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 from typing import Any
 
 from demospec.errors import DemospecError, InputError, OutputError
+
+_inputs: ContextVar[tuple[Path, ...]] = ContextVar("_inputs", default=())
+
+
+@contextmanager
+def reading(paths: Iterable[str | os.PathLike[str]]) -> Iterator[None]:
+    """While the block runs, nothing writes over these files or into the place of these folders."""
+    found = tuple(Path(path).resolve() for path in paths)
+    token = _inputs.set((*_inputs.get(), *found))
+    try:
+        yield
+    finally:
+        _inputs.reset(token)
 
 
 @contextmanager
@@ -69,8 +85,11 @@ def writing_folder(path: str | os.PathLike[str], *, replace: bool = False) -> It
         yield temporary
         old: Path | None = None
         if target.exists():
-            # A folder cannot be replaced in one step: the old one stays whole beside it
-            # until the new one has its name.
+            if _exchanged(temporary, target):  # the name always has the old or the new one
+                shutil.rmtree(temporary, ignore_errors=True)
+                return
+            # Where that is not to be had, the old one stays whole beside it until the new one
+            # has its name.
             old = Path(tempfile.mkdtemp(prefix=f".{target.name[:80]}.old.", dir=target.parent))
             os.replace(target, old / "old")
         os.replace(temporary, target)
@@ -84,6 +103,16 @@ def writing_folder(path: str | os.PathLike[str], *, replace: bool = False) -> It
     finally:
         if temporary is not None and temporary.exists():
             shutil.rmtree(temporary, ignore_errors=True)
+
+
+def _exchanged(first: Path, second: Path) -> bool:
+    """Gives two folders each other's name in one step, where the system can (Linux)."""
+    try:
+        exchange = ctypes.CDLL(None, use_errno=True).renameat2
+    except (OSError, AttributeError):
+        return False
+    here, swap = -100, 2  # AT_FDCWD, RENAME_EXCHANGE
+    return bool(exchange(here, os.fsencode(first), here, os.fsencode(second), swap) == 0)
 
 
 _FAULTS_OF_DISK = ("No space left", "disk is full", "Disk quota", "File too large", "os error")
@@ -106,6 +135,7 @@ def check_free_folder(path: str | os.PathLike[str], *, replace: bool = False) ->
 def _refuse(target: Path, *, replace: bool, folder: bool) -> None:
     if not target.exists():
         return
+    _refuse_input(target, folder=folder)
     if folder and target.is_dir():
         if not replace and any(target.iterdir()):
             raise OutputError(f"{target}: exists and is not empty (use --force to replace it)")
@@ -113,8 +143,22 @@ def _refuse(target: Path, *, replace: bool, folder: bool) -> None:
         raise OutputError(f"{target}: is a file, a folder is to be written there")
     elif target.is_dir():
         raise OutputError(f"{target}: is a folder, a file is to be written there")
+    elif not target.is_file():
+        raise OutputError(f"{target}: is a device or a pipe, a file is to be written there")
     elif not replace:
         raise OutputError(f"{target}: exists (use --force to replace it)")
+
+
+def _refuse_input(target: Path, *, folder: bool) -> None:
+    """OutputError where an output would take the place of something that is being read."""
+    place = target.resolve()
+    for source in _inputs.get():
+        # A report stands in the folder of its run.
+        own = place.parent == source and place.name.startswith("report")
+        above = folder and source.is_relative_to(place)
+        if place == source or above or (place.is_relative_to(source) and not own):
+            part = "" if place == source else f" ({'holds' if above else 'part of'} {source})"
+            raise OutputError(f"{target}: is read by this command{part}: write to another place")
 
 
 def write_json(path: str | os.PathLike[str], document: object, *, replace: bool = True) -> None:

@@ -91,6 +91,14 @@ def test_a_path_beside_what_is_doubted_is_judged_less_surely() -> None:
             )
             if alone.sum() < 20:
                 continue
-            assert spearmanr(errors[ring][alone], logit[alone]).statistic < 0
+            distance = part.distance[ring][alone]
+
+            def beside(values: np.ndarray, given: np.ndarray = distance) -> np.ndarray:
+                """What of the values the distance does not explain."""
+                line = np.stack([np.ones_like(given), given], axis=1)
+                return values - line @ np.linalg.lstsq(line, values, rcond=None)[0]
+
+            doubt, verdict = beside(errors[ring][alone]), beside(logit[alone])
+            assert spearmanr(doubt, verdict).statistic < -0.5
             checked += 1
     assert checked >= 3

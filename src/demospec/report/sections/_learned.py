@@ -182,7 +182,7 @@ def _clearances(run: Run) -> Table:
             credible.append(name)
         for symbol, value in clearance.value.items():
             length = describe_length(
-                value, run.rules.metres_per_unit, run.rules.units,
+                value, *_unit_of(run),
                 interval=clearance.interval.get(symbol),
             )  # fmt: skip
             rows.append((name, symbol, length, _chance(chance, symbol), count))
@@ -205,6 +205,15 @@ def _clearances(run: Run) -> Table:
             "objects are exact. Of the others nothing else explains the labels."
         )
     return Table(header, tuple(rows), note=note)
+
+
+def _unit_of(run: Run) -> tuple[float | None, str]:
+    """Metres per unit and unit of the rules; of the set where a rule file states none."""
+    rules, data = run.rules, run.data
+    if rules is None or not rules.unit_stated:
+        return data.metres_per_unit, data.units
+    same = rules.units == data.units and rules.metres_per_unit is None
+    return data.metres_per_unit if same else rules.metres_per_unit, rules.units
 
 
 def _chance(chance: dict[str, float], symbol: str) -> str:
