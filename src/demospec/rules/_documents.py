@@ -10,9 +10,9 @@ from typing import Any, cast
 
 from demospec.errors import InputError
 from demospec.files import read_json
-from demospec.rules._draws import MOST_DRAWS
 from demospec.rules._goodness import fit_from_json
 from demospec.rules._rule_set import ANYONE, ClearanceRule, RuleSet, TypeRules
+from demospec.rules.clearance._fit import MOST_DRAWS
 from demospec.rules.clearance._measure import Distance
 from demospec.rules.constraints._documents import constraint_from_json
 

@@ -11,7 +11,6 @@ import numpy as np
 from demospec.demonstrations import DemonstrationSet, in_one_unit
 from demospec.frames import describe_length
 from demospec.progress import Progress, silent
-from demospec.rules._draws import drawn
 from demospec.rules._evidence import Evidence
 from demospec.rules._fit import FitMemory, Posterior, fit
 from demospec.rules._fit_to_labels import conjunction_wrong, goodness_of
@@ -21,7 +20,7 @@ from demospec.rules._rule_set import ANYONE, RuleSet, TypeRules
 from demospec.rules._sentences import clearance_words, listed, plural
 from demospec.rules._verdicts import decided_by
 from demospec.rules.clearance._encounters import passes
-from demospec.rules.clearance._fit import ClearanceFit, fit_document
+from demospec.rules.clearance._fit import ClearanceFit, drawn, fit_document
 from demospec.rules.clearance._measure import Distance, nearest_approach
 from demospec.rules.clearance._posterior import Sharing
 from demospec.rules.constraints._learned import Learned, learn_constraints

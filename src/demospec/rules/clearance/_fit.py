@@ -7,7 +7,7 @@ penalties: this is the rule that people state and planners take.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -22,6 +22,13 @@ from demospec.rules.clearance._interval import is_shared
 from demospec.rules.clearance._likelihood import POSITION, Particles, margins
 from demospec.rules.clearance._posterior import Weighed
 from demospec.rules.clearance._version_space import ClearanceSpace
+
+DRAWS = 40
+"""Draws that a learned rule carries: a class that matters with probability 0.95 is missing in
+two of them."""
+
+MOST_DRAWS = 10_000
+"""Draws that a rule file may hold."""
 
 
 @dataclass(frozen=True)
@@ -154,3 +161,19 @@ def fit_document(fit: ClearanceFit, own: Evidence) -> dict[str, Any]:
         "position_noise": fit.position_noise,
         "exact": fit.exact,
     }
+
+
+def drawn(particles: Particles, symbols: Sequence[str]) -> tuple[dict[str, float], ...]:
+    """Evenly spaced draws along the posterior's weights; the same ones every time.
+
+    Args:
+        particles: The posterior; clearances (m, K), −inf where a class does not matter.
+        symbols: (K,) the classes.
+    """
+    weight = np.exp(particles.log_weight - particles.log_weight.max())
+    reached = np.cumsum(weight / weight.sum())
+    at = (np.arange(DRAWS) + 0.5) / DRAWS
+    rows = particles.clearance[np.minimum(np.searchsorted(reached, at), len(reached) - 1)]
+    return tuple(
+        {s: float(c) for s, c in zip(symbols, row, strict=True) if np.isfinite(c)} for row in rows
+    )
