@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from worlds import as_set, world
+from unit_worlds import as_set, world
 
 from demospec.cli import main
 from demospec.demonstrations import DemonstrationSet, edit, in_one_unit, read_set, write_set

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from worlds import as_set, units_a_metre, world
+from unit_worlds import as_set, units_a_metre, world
 
 from demospec.demonstrations import DemonstrationSet
 from demospec.rules import learn_rules, rules_document
