@@ -36,6 +36,8 @@ class DemonstrationRow(BaseModel):
     """One list of numbers a point, as long as ``columns`` of ``dataset.json``."""
     t: list[float] | None = None
     """Seconds, one a point."""
+    score: Annotated[float, Field(ge=0, le=1)] | None = None
+    """How acceptable; without ``valid``, one half and more is accepted."""
 
 
 class AuditedDemonstration(BaseModel):
