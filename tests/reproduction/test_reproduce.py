@@ -13,20 +13,11 @@ pytest.importorskip("torch", reason="pip install 'demospec[vision]' brings torch
 
 from demospec.errors import InputError
 from demospec.experiments.paper import ReproduceSettings, reproduce
-from demospec.experiments.paper._participants import PARTICIPANTS, participants_study
 
 SMALL = ReproduceSettings(
     seeds=1, counts=(1,), clustered_counts=(1,), models=("full", "irl"), starts=4, particles=2,
     demonstrations=10, resamples=2,
 )  # fmt: skip
-
-
-def test_the_hull_holds_what_made_the_labels() -> None:
-    document = participants_study(16, 3, lambda *_: None)
-    assert [p["hull_holds_truth"] for p in document["participants"]] == [True] * len(PARTICIPANTS)
-    for person in document["participants"]:
-        assert person["answer"]["status"] == "optimal"
-        assert 0 < person["accepted"] < person["demonstrations"]
 
 
 def test_another_folder_is_refused(tmp_path: Path) -> None:

@@ -15,6 +15,7 @@ from demospec.experiments.paper import _page_rules as of_rules
 from demospec.experiments.paper import _paper as paper
 from demospec.experiments.paper._readings import (
     causes_agree,
+    people_reading,
     percent,
     printed_curve,
     unseen_reading,
@@ -78,8 +79,7 @@ def _summary(folder: Path) -> tuple[str, ...]:
     )
     out.append(f"Which object causes rejection, cell by cell of the paper's table: {told}.")
     people = read_json(folder / "parameters.json")["participants"]
-    held = sum(p["hull_holds_truth"] for p in people)
-    out.append(f"The hull of the rule parameters holds the truth for {held} of {len(people)}.")
+    out += people_reading(people)
     made = [p for p in read_json(folder / "plans.json")["plans"] if p["status"] == "found"]
     kept = sum(p["true_obeys"] for p in made)
     out.append(f"{kept} of {len(made)} plans in unseen scenes keep the demonstrator's own rule.")

@@ -235,6 +235,27 @@ def on_a_bound(value: int, bound: tuple[int, int]) -> bool:
     return value in bound
 
 
+def people_reading(people: list[dict[str, Any]]) -> list[str]:
+    """For how many the hull holds the truth: those of the family, and the others."""
+    out = []
+    for inside, words in ((True, "label by the paper's rule"), (False, "have another rule")):
+        mine = [p for p in people if p["in_family"] is inside]
+        if not mine:
+            continue
+        missed = [_missed(p) for p in mine if not p["hull_holds_truth"]]
+        held = len(mine) - len(missed)
+        tail = f"; it misses {'; '.join(missed)}" if missed else ""
+        out.append(f"The hull holds the truth of {held} of {len(mine)} who {words}{tail}.")
+    return out
+
+
+def _missed(person: dict[str, Any]) -> str:
+    names = ", ".join(name for name, held in person["holds"].items() if not held)
+    # A wrong hull without one contradicted label: nothing in the answer warns of it.
+    unnoticed = "" if person["contradicted"] else ", and no label contradicts it"
+    return f"participant {person['participant']} ({names}{unnoticed})"
+
+
 def transition_reading(transition: dict[str, Any]) -> str:
     """How the envelope narrows, and which demonstrations move which end of it."""
     width = transition["width"]

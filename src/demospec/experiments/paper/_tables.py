@@ -100,6 +100,9 @@ def _tables(folder: Path) -> Iterable[tuple[str, tuple[str, ...], Iterable[Row]]
             "=at_greatest_L",
             "=hull_low",
             "=hull_high",
+            "=hull_holds_truth",
+            "=set_by_bound_at_least_L",
+            "=set_by_bound_at_greatest_L",
         ),
         (row for person in people for row in _person(person)),
     )
@@ -112,10 +115,17 @@ def _tables(folder: Path) -> Iterable[tuple[str, tuple[str, ...], Iterable[Row]]
 
 
 def _person(person: dict[str, Any]) -> Iterable[Row]:
-    answer, truth = person["answer"], person["truth"]
+    answer, truth, holds = person["answer"], person["truth"], person["holds"]
     low, high, hull = answer["min"], answer["max"], answer["hull"]
     number = person["participant"]
-    yield [number, "T_min", truth["T_min"], low["T_min"], high["T_min"], *hull["T_min"]]
-    for name, radius in zip(low["T_object"], truth["radius"], strict=True):
+    bound = [[name in answer[f"saturated_{end}"] for end in ("min", "max")]
+             for name in ("T_min", *low["T_object"])]  # fmt: skip
+    yield [
+        number, "T_min", truth["T_min"], low["T_min"], high["T_min"], *hull["T_min"],
+        holds["T_min"], *bound[0],
+    ]  # fmt: skip
+    for name, radius, on in zip(low["T_object"], truth["radius"], bound[1:], strict=True):
         ends = [e["T_min"] + e["T_object"][name] for e in (low, high)]
-        yield [number, f"radius of {name}", radius, *ends, *hull["radius"][name]]
+        yield [
+            number, f"radius of {name}", radius, *ends, *hull["radius"][name], holds[name], *on
+        ]  # fmt: skip
