@@ -144,9 +144,10 @@ def _fan_out(
     hook = threading.excepthook
     threading.excepthook = _quiet_about_dropped_tasks
     while first < len(tasks):
-        with parallel_config(**settings):
+        with parallel_config(**settings), _workers_deaf_to_ctrl_c():
             parallel = Parallel(return_as="generator", batch_size=1, pre_dispatch=ahead)
             results = parallel(delayed(call)(task) for task in tasks[first:])
+        end_feeding = _end_of_feeding(parallel)
         try:
             for result in results:
                 first, deaths = first + 1, 0
@@ -164,7 +165,47 @@ def _fan_out(
             with warnings.catch_warnings():  # joblib counts the tasks that were dropped
                 warnings.simplefilter("ignore")
                 results.close()
+            end_feeding()
     threading.excepthook = hook
+
+
+@contextlib.contextmanager
+def _workers_deaf_to_ctrl_c() -> Iterator[None]:
+    """Processes started within never see Ctrl-C, not even while they import; it waits here.
+
+    A blocked signal stays blocked in a child; later workers come from a thread started within.
+    """
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    from multiprocessing import resource_tracker
+
+    resource_tracker.ensure_running()  # it unblocks the signal where it is started within
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _end_of_feeding(parallel: Any, seconds: float = 2.0) -> Callable[[], None]:
+    """What ends the thread that feeds the workers of `parallel`, once its run was dropped.
+
+    Otherwise that daemon thread ends when nothing points at its queue any more, and takes the last
+    semaphores along. Where the process ends at that moment, one is unlinked and still listed:
+    loky's tracker warns of a leak.
+    """
+    executor: Any = getattr(getattr(parallel, "_backend", None), "_workers", None)
+    queue = getattr(executor, "_call_queue", None)
+
+    def end() -> None:
+        if queue is not None and executor._call_queue is None:  # dropped, not kept for reuse
+            queue.close()
+            feeder = getattr(queue, "_thread", None)
+            if feeder is not None:
+                feeder.join(seconds)
+
+    return end
 
 
 _report_of_threads = threading.excepthook
