@@ -107,6 +107,7 @@ def test_boundary_of_a_circle_in_control_space(formula_model) -> None:  # type: 
         assert boundary.area == pytest.approx(1 - np.pi * radius**2 / side**2, abs=0.02)
     assert found.gained == 0.0
     assert found.lost == pytest.approx(np.pi * (30**2 - 20**2) / side**2, abs=0.02)
+    assert found.distance == pytest.approx(10.0, abs=step / 8)
 
 
 def test_boundary_shift_agrees_with_the_effect(truth) -> None:  # type: ignore[no-untyped-def]

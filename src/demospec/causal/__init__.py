@@ -5,10 +5,24 @@ tests with Holm's correction, a minimum effect, and words. No network classes in
 """
 
 from demospec.causal._agreement import Agreement, Disagreement, agreement
-from demospec.causal._boundary import Boundary, BoundaryShift, boundary_shift
+from demospec.causal._boundary import (
+    Boundary,
+    BoundaryEffect,
+    BoundaryShift,
+    boundary_between,
+    boundary_effects,
+    boundary_shift,
+)
 from demospec.causal._causal_rules import rules_of_causes
+from demospec.causal._causation import Causation, causation
 from demospec.causal._checks import checked
-from demospec.causal._counterfactual import Counterfactual, Without, but_for
+from demospec.causal._counterfactual import (
+    Counterfactual,
+    RejectedPath,
+    Without,
+    but_for,
+    but_for_rejected,
+)
 from demospec.causal._counterfactual import but_for as had_it_not_been_there
 from demospec.causal._document import findings_from_document
 from demospec.causal._effect_map import EffectMap, effect_map
@@ -31,14 +45,21 @@ __all__ = [
     "checked",
     "Agreement",
     "Boundary",
+    "BoundaryEffect",
     "BoundaryShift",
+    "Causation",
     "Counterfactual",
     "Disagreement",
     "EffectMap",
+    "RejectedPath",
     "Without",
     "agreement",
+    "boundary_between",
+    "boundary_effects",
     "boundary_shift",
     "but_for",
+    "but_for_rejected",
+    "causation",
     "effect_map",
     "had_it_not_been_there",
     "CausalFindings",

@@ -16,7 +16,7 @@ from demospec.causal._paths import (
 )
 from demospec.causal._results import Settings
 from demospec.causal._trials import Trial, TrialTable
-from demospec.demonstrations import Paths, ValidityModel, fit_bezier
+from demospec.demonstrations import Paths, ValidityModel, View, fit_bezier
 from demospec.errors import CannotJudgeError
 from demospec.frames import FloatArray
 from demospec.geometry import Bounds
@@ -131,6 +131,25 @@ class SceneTrials:
             self._swap(scene, listed, area, trial)
         self._placebo(scene, listed, area, trial)
 
+    def view(self, scene: Scene) -> View:
+        """The model's view of a scene, without its object list where lists are hidden."""
+        return self.model.see(scene.seen() if self.settings.hide_lists else scene)
+
+    def with_one_added(self, scene: Scene) -> list[tuple[str, Scene]]:
+        """The scene with one of each symbol added at the first place tried; no room: left out."""
+        area, listed = region_of_scene(scene, self.region), self.editor.listed(scene)
+        out: list[tuple[str, Scene]] = []
+
+        def keep(
+            kind: str, symbol: str, k: int, at: tuple[float, float], after: Scene, **more: str
+        ) -> None:
+            if k == 0:
+                out.append((symbol, after))
+
+        for symbol in self.symbols:
+            self._add(scene, listed, area, symbol, keep)
+        return out
+
     def _paths(self, scene: Scene, area: Bounds) -> tuple[FloatArray, Paths]:
         if self.paths is not None:
             given = self.paths.get(scene.scene_id, [])[: self.settings.draws]
@@ -145,9 +164,7 @@ class SceneTrials:
         Learned rules are asked with all that their answers allow: p is the share of the rules of
         the posterior that accept, and (types, rules) the share of the paths that each accepts.
         """
-        if self.settings.hide_lists:
-            scene = scene.seen()
-        view = self.model.see(scene)
+        view = self.view(scene)
         if isinstance(view, RuleView) and view.draws:
             each = [view.by_draw(paths, t) for t in self.types]
             return np.stack([a.mean(axis=0) for a in each]), np.stack(

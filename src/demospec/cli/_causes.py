@@ -17,6 +17,7 @@ from demospec.cli._common import (
     SetFolder,
     Workers,
     print_json,
+    print_table,
     progress_bar,
     save_json,
     say,
@@ -25,6 +26,7 @@ from demospec.errors import InputError
 
 if TYPE_CHECKING:
     from demospec.causal import CausalFindings, SymbolEffect
+    from demospec.demonstrations import DemonstrationSet
 
 Words = Annotated[str | None, typer.Option(help="Comma-separated; default: all.")]
 
@@ -85,6 +87,21 @@ def causes(
         Literal["probability", "verdict"],
         typer.Option(help="Effects on E[p(valid)], or on the share with p > 0.5."),
     ] = "probability",
+    boundaries: Annotated[
+        bool,
+        typer.Option(
+            "--boundaries",
+            help="Also how far the boundary of validity moves, by each symbol and between types.",
+        ),
+    ] = False,
+    but_for: Annotated[
+        int,
+        typer.Option(
+            "--but-for",
+            min=0,
+            help="Also N rejected demonstrations of each type, object by object.",
+        ),
+    ] = 0,
     workers: Workers = 1,
     cluster: Cluster = None,
     seed: Seed = 0,
@@ -97,12 +114,16 @@ def causes(
     """
     from demospec.causal import (
         Settings,
+        boundary_effects,
+        but_for_rejected,
+        causation,
         checked,
+        editor_for,
         estimate,
         trials_of_stored,
         write_trials,
     )
-    from demospec.demonstrations import read_set
+    from demospec.demonstrations import pictures_in_memory, read_set
     from demospec.specification import load_model
 
     if relevant_rules is not None and rules is None:
@@ -146,6 +167,27 @@ def causes(
         document["agreement"] = agreement(findings, known).to_json()
         if relevant_rules is not None:
             save_json(rules_document(rules_of_causes(known, findings)), relevant_rules)
+    document["causation"] = [c.to_json() for c in causation(trials)]
+    chosen = data if split == "all" else data.of_split(split)
+    if boundaries or but_for:
+        with progress_bar() as progress:
+            if boundaries:
+                document["boundaries"] = [
+                    e.to_json()
+                    for e in boundary_effects(
+                        asked, pictures_in_memory(chosen).scenes, findings.symbols, findings.types,
+                        seed=seed, hide_lists=hide_lists, progress=progress,
+                        editor=editor_for(
+                            chosen.scenes, source=source, catalogue=catalogue,
+                            metres_per_unit=data.metres_per_unit,
+                        ),
+                    )
+                ]  # fmt: skip
+            if but_for:
+                rejected = but_for_rejected(
+                    asked, chosen, but_for, types=findings.types, progress=progress
+                )
+                document["but_for"] = [r.to_json() for r in rejected]
     save_json(document, out)
     if table is not None:
         write_trials(trials, table)
@@ -163,6 +205,31 @@ def causes(
         _print(findings)
         if "agreement" in document:
             _print_agreement(document["agreement"])
+        if "boundaries" in document:
+            _print_boundaries(document["boundaries"], data)
+        for case in document.get("but_for", ()):
+            typer.echo(f"{case['scene_id']}, {case['demo_id']}: {case['sentence']}")
+
+
+def _print_boundaries(rows: list[dict[str, Any]], data: DemonstrationSet) -> None:
+    """How far each symbol, and each other type, moves the boundary of validity."""
+    from demospec.frames import describe_length
+
+    cells = []
+    for row in rows:
+        moved = row["distance"]
+        far = "–" if moved is None else describe_length(moved, data.metres_per_unit, data.units)
+        what = f"+ {row['symbol']}" if "symbol" in row else f"→ {row['to']}"
+        cells.append([row["type"], what, *(_share_of(row, k) for k in ("lost", "gained")), far])
+    header = ["type", "intervention", "lost", "gained", "boundary moves"]
+    note = "Shares of the plane of control points, [95 % interval over scenes]."
+    print_table("Boundary of validity", header, cells, note)
+
+
+def _share_of(row: dict[str, Any], key: str) -> str:
+    ends = row[f"{key}_interval"]
+    tail = "" if ends is None else f" [{ends[0]:.3f}, {ends[1]:.3f}]"
+    return f"{row[key]:.3f}{tail}"
 
 
 def _words(text: str | None) -> list[str] | None:
