@@ -7,7 +7,14 @@ from demospec.specification.audit._audit import Audit, AuditEntry, audit_set
 from demospec.specification.evaluation._conformal import Conformal, conformal, predict_verdicts
 from demospec.specification.evaluation._evaluate import Evaluation, Score, evaluate, wilson_interval
 from demospec.specification.evaluation._explain import Explanation, explain
-from demospec.specification.evaluation._identify import Identification, Identified, identify
+from demospec.specification.evaluation._identify import (
+    Acceptances,
+    Identification,
+    Identified,
+    acceptances,
+    identify,
+    type_posterior,
+)
 from demospec.specification.evaluation._predict import (
     Prediction,
     Predictions,
@@ -25,7 +32,12 @@ from demospec.specification.latent._scenes import (
     set_of_sampled_scenes,
 )
 from demospec.specification.latent._scenes import set_of_sampled_scenes as sample_set
-from demospec.specification.latent._validity_map import ValidityMap, validity_map
+from demospec.specification.latent._validity_map import (
+    Overlap,
+    ValidityMap,
+    overlap_of_types,
+    validity_map,
+)
 from demospec.specification.models._ensemble import EnsembleModel, EnsembleView, UncertainView
 from demospec.specification.models._ensemble_fit import fit_ensemble
 from demospec.specification.models._maxent_irl import IrlModel, IrlSettings
@@ -42,6 +54,7 @@ from demospec.specification.models.beta_vae._training_data import training_data
 from demospec.specification.models.perceived_rule._view import PerceivedObject
 
 __all__ = [
+    "Acceptances",
     "Audit",
     "AuditEntry",
     "Conformal",
@@ -55,6 +68,7 @@ __all__ = [
     "Identified",
     "IrlModel",
     "IrlSettings",
+    "Overlap",
     "PaperModel",
     "PaperSettings",
     "PerceivedObject",
@@ -70,6 +84,7 @@ __all__ = [
     "StackedJob",
     "UncertainView",
     "ValidityMap",
+    "acceptances",
     "audit_set",
     "check_device",
     "conformal",
@@ -79,6 +94,7 @@ __all__ = [
     "fit_model",
     "identify",
     "load_model",
+    "overlap_of_types",
     "plane_bounds",
     "predict",
     "predict_batches",
@@ -93,6 +109,7 @@ __all__ = [
     "stack_size",
     "train_stacked",
     "training_data",
+    "type_posterior",
     "validity_map",
     "wilson_interval",
 ]

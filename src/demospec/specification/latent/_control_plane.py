@@ -24,6 +24,10 @@ PLANE_MARGIN = 0.2
 """How far the z_θ plane reaches beyond the picture, in picture sizes."""
 
 
+Types = str | tuple[str, ...]
+"""A type, or several: what all of them accept."""
+
+
 @runtime_checkable
 class ControlView(Protocol):
     """A view that judges z_θ itself, so that no path need be drawn."""
@@ -47,6 +51,9 @@ class LinkedView(Protocol):
 
 class ControlPlane:
     """A view over z_θ for curves of one order between a start and a goal.
+
+    Asked with several types, it answers with the least logit and p of them: positive exactly
+    where each of them accepts.
 
     Args:
         view: What judges.
@@ -91,27 +98,37 @@ class ControlPlane:
             np.broadcast_to(self.start, (len(controls), 2)), self.goal, controls, self.points
         )
 
-    def logits(self, controls: FloatArray, type: str) -> FloatArray:
+    def logits(self, controls: FloatArray, type: Types) -> FloatArray:
         """(n, order − 1, 2) → (n,)."""
+        if not isinstance(type, str):
+            return np.asarray(np.min([self.logits(controls, t) for t in type], axis=0))
         if self._direct is not None:
             return self._direct.control_logits(controls, type)
         return self.view.logits(self.paths(controls), type)
 
-    def p_valid(self, controls: FloatArray, type: str) -> FloatArray:
+    def p_valid(self, controls: FloatArray, type: Types) -> FloatArray:
         """(n, order − 1, 2) → (n,) in [0, 1]."""
         return self.logits_and_p(controls, type)[1]
 
-    def logits_and_p(self, controls: FloatArray, type: str) -> tuple[FloatArray, FloatArray]:
+    def logits_and_p(self, controls: FloatArray, type: Types) -> tuple[FloatArray, FloatArray]:
         """(n, order − 1, 2) → logits (n,) and p(valid) (n,)."""
+        if not isinstance(type, str):
+            each = np.array([self.logits_and_p(controls, t) for t in type])
+            return each[:, 0].min(axis=0), each[:, 1].min(axis=0)
         logits = self.logits(controls, type)
         if isinstance(self.view, LinkedView):
             return logits, self.view.p_of_logits(logits)
         return logits, self.view.p_valid(self.paths(controls), type)
 
     def logits_and_gradients(
-        self, controls: FloatArray, type: str
+        self, controls: FloatArray, type: Types
     ) -> tuple[FloatArray, FloatArray]:
         """(n, order − 1, 2) → logits (n,) and ∂logit/∂control (n, order − 1, 2), 1/pixels."""
+        if not isinstance(type, str):
+            each = [self.logits_and_gradients(controls, t) for t in type]
+            logits, slopes = (np.stack(part) for part in zip(*each, strict=True))
+            least, rows = logits.argmin(axis=0), np.arange(len(controls))
+            return logits[least, rows], slopes[least, rows]
         if self._direct is not None:
             return self._direct.control_logits_and_gradients(controls, type)
         if isinstance(self.view, DifferentiableView):

@@ -1,4 +1,4 @@
-"""Varied valid solutions for a type: left and right of an object, not one path many times."""
+"""Varied valid solutions for one type or for several at once: on every side of an object."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from demospec.demonstrations import View
 from demospec.errors import InputError
 from demospec.frames import FloatArray
-from demospec.specification.latent._control_plane import ControlPlane
+from demospec.specification.latent._control_plane import ControlPlane, Types
 from demospec.specification.latent._validity_map import ValidityMap, validity_map
 
 LANGEVIN_STEPS = 40
@@ -61,7 +61,7 @@ class Samples:
 
 def sample_valid(
     view: View,
-    type: str,
+    type: Types,
     n: int,
     *,
     seed: int = 0,
@@ -77,6 +77,7 @@ def sample_valid(
 
     Args:
         view: A model that has seen the scene.
+        type: One of its types; several for curves that all of them accept.
         n: How many; fewer come back where the model accepts next to nothing.
         confidence: Each sample's p(valid) exceeds this.
         method: ``map`` draws from the map's cells and keeps what the model accepts;
@@ -160,7 +161,7 @@ def _draw(
     plane: ControlPlane,
     found: ValidityMap,
     cells: NDArray[np.bool_],
-    type: str,
+    type: Types,
     n: int,
     confidence: float,
     rng: np.random.Generator,
@@ -185,7 +186,7 @@ def _langevin(
     plane: ControlPlane,
     seen: ValidityMap,
     control: FloatArray,
-    type: str,
+    type: Types,
     confidence: float,
     rng: np.random.Generator,
 ) -> FloatArray:
