@@ -2,13 +2,18 @@
 
     OMP_NUM_THREADS=1 python benchmarks/constraints.py [--people 40] [--features tilt] [--scenes 5]
     OMP_NUM_THREADS=1 python benchmarks/constraints.py --placebo [--people 40]
+    OMP_NUM_THREADS=1 python benchmarks/constraints.py --socnav FOLDER [--draws 4]
 
 A table of discs with headings, heights and a relation (benchmarks/worlds.py); nine
 demonstrations a scene. For each feature: how often the right constraint is named (and nothing
 else), how often its interval holds the true value, balanced accuracy on ten unseen scenes, and
 CPU seconds. Pairs: how often both are named. Placebo: people who keep a distance, exactly,
-with a soft threshold or with slips, and whose answers go with nothing else: how often a
-constraint is named all the same.
+with a soft threshold, with slips or with reasons that nothing shows, and whose answers go with
+nothing else: how often a constraint is named all the same.
+
+FOLDER holds the ratings of SocNav1 (see people.py). Each rater's rule is learned from a part of
+their ratings, with and without the relations that the scenes note (who interacts with whom or
+what), and judged on the others; `everybody` is all raters as one.
 """
 
 from __future__ import annotations
@@ -16,12 +21,13 @@ from __future__ import annotations
 import argparse
 import json
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import people
 import worlds
 
 from demospec.demonstrations import DemonstrationSet
@@ -183,16 +189,65 @@ def placebo(seed: int, scenes: int) -> tuple[list[str], float]:
     symbol = str(rng.choice(worlds.CLASSES))
     near = values(data, [Constraint("distance", symbol)])[:, 0]
     at = float(np.quantile(near[np.isfinite(near)], rng.uniform(0.25, 0.6)))
-    kind = seed % 4
-    sd = (0.0, float(rng.uniform(0.5, 3.0)), 0.0, 0.0)[kind]
+    kind = seed % 5
+    sd = float(rng.uniform(0.5, 3.0)) if kind == 1 else 0.0
     valid = near + sd * rng.standard_normal(len(near)) >= at
     if kind == 2:
         valid ^= rng.random(len(valid)) < 0.1
     if kind == 3:  # nothing but chance
         valid = rng.random(len(valid)) < rng.uniform(0.3, 0.7)
+    if kind == 4:  # rejects for a reason that nothing shows, too
+        valid &= rng.random(len(valid)) > rng.uniform(0.1, 0.4)
     began = time.process_time()
     own = learn_rules(with_labels(data, valid), influence=False).of_type("someone")
     return [c.name for c in own.constraints], time.process_time() - began
+
+
+def related(rows: list[dict[str, Any]], rater: str, *, relations: bool) -> DemonstrationSet:
+    """Ratings as a set, with the relations of each scene where asked."""
+    data = people.as_set(rows, rater)
+    if not relations:
+        return data
+    scenes = []
+    for scene, row in zip(data.scenes, rows, strict=True):
+        ids = {o.id.split("-")[1]: o.id for o in scene.objects or ()}
+        pairs = {frozenset((ids[str(a)], ids[str(b)])) for a, b, _ in row["links"]
+                 if a != b and {str(a), str(b)} <= set(ids)}  # fmt: skip
+        noted = (sorted(pair) for pair in pairs)
+        found = tuple(Relation("interact", (one, other)) for one, other in sorted(noted))
+        scenes.append(replace(scene, relations=found))
+    return replace(data, scenes=tuple(scenes))
+
+
+def raters(folder: Path, draws: int, counts: Sequence[int]) -> Iterator[dict[str, Any]]:
+    """One line for each rater, number of ratings learned from, with and without relations."""
+    every = people.ratings(folder)
+    everybody = [row for rows in every.values() for row in rows]
+    for name, rows in {**every, "everybody": everybody}.items():
+        for count in [*(c for c in counts if c < len(rows) // 2), min(len(rows) // 2, 1250)]:
+            for relations in (False, True):
+                data = related(rows, name, relations=relations)
+                place = [json.dumps([row[k] for k in people.PLACE]) for row in rows]
+                accuracy, named = [], []
+                for draw in range(draws):
+                    order = np.random.default_rng([draw, count]).permutation(len(rows))
+                    mine = np.sort(order[:count])
+                    seen = {place[i] for i in mine}
+                    rest = np.array([i for i in order[count:] if place[i] not in seen])
+                    rules = learn_rules(people.part(data, mine), distance="center", influence=False)
+                    said = np.array([
+                        rules.see(data.scenes[i]).logits(data.motions(np.array([i])), name)[0] > 0
+                        for i in rest
+                    ])  # fmt: skip
+                    truth = data.demonstrations.valid[rest] == 1
+                    accuracy.append(people.balanced(said, truth))
+                    named.append([c.name for c in rules.of_type(name).constraints])
+                yield {
+                    "rater": name, "ratings": count, "relations": relations, "draws": draws,
+                    "balanced_accuracy": round(float(np.mean(accuracy)), 4),
+                    "between_named": sum(any("between" in n for n in own) for own in named),
+                    "others_named": sorted({n for own in named for n in own if "between" not in n}),
+                }  # fmt: skip
 
 
 def main() -> None:
@@ -201,7 +256,18 @@ def main() -> None:
     parser.add_argument("--scenes", type=int, nargs="+", default=[20, 5])
     parser.add_argument("--features", nargs="+", default=[*SINGLE, *PAIRS])
     parser.add_argument("--placebo", action="store_true")
+    parser.add_argument("--socnav", type=Path)
+    parser.add_argument("--draws", type=int, default=4)
+    parser.add_argument("--counts", type=int, nargs="*", default=[150])
     args = parser.parse_args()
+    if args.socnav is not None:
+        lines = []
+        for line in raters(args.socnav, args.draws, args.counts):
+            print(json.dumps(line), flush=True)
+            lines.append(line)
+        out = Path(__file__).parent / "results" / "constraints_socnav.json"
+        out.write_text(json.dumps({"raters": lines}, indent=1) + "\n")
+        return
     rows: list[dict[str, Any]] = []
     for scenes in args.scenes:
         if args.placebo:

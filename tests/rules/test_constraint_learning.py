@@ -96,6 +96,21 @@ def test_a_permuted_column_explains_nothing() -> None:
     assert permuted == 0
 
 
+def test_a_constraint_of_somebody_who_is_not_exact_is_named_and_a_permuted_one_is_not() -> None:
+    """Soft thresholds of distance may not crowd out what is as soft and explains more."""
+    rng = np.random.default_rng(8)
+    named, permuted = 0, 0
+    for _ in range(6):
+        near, line = rng.exponential(1.0, (300, 2)), rng.exponential(1.5, (300, 1))
+        keen = 1 / (1 + np.exp(-np.stack([near[:, 0] - 0.8, line[:, 0] - 0.6]) / 0.15))
+        valid = rng.random(300) < keen.prod(axis=0)
+        named += search(near, line, valid, ["r"], 9.0, 60, (), [True]).extras == (0,)
+        other = rng.permutation(line)
+        permuted += search(near, other, valid, ["r"], 9.0, 60, (), [True]).extras != ()
+    assert named == 6
+    assert permuted == 0
+
+
 def test_who_keeps_a_distance_is_answered_as_before() -> None:
     p = people()
     rng = np.random.default_rng(0)

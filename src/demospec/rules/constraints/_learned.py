@@ -13,7 +13,8 @@ from demospec.demonstrations import DemonstrationSet, Motion
 from demospec.frames import FloatArray
 from demospec.rules.constraints._columns import CLASSES, RADII, candidates, measured
 from demospec.rules.constraints._constraint import Constraint, When
-from demospec.rules.constraints._near_things import prepare
+from demospec.rules.constraints._near_things import gaps, prepare
+from demospec.rules.constraints._registry import constraint_feature
 from demospec.rules.constraints._search import Found, posterior, search, settled, thresholds
 from demospec.rules.constraints._words import constraint_words
 from demospec.scene import Scene
@@ -91,10 +92,16 @@ def learn_constraints(
         here = [m for m, s in zip(motions, scenes, strict=True) if s is scene]
         prepare(here, [o for o in scene.objects or () if o.symbol in symbols[:CLASSES]])
     columns = measured([motions[i] for i in some], [scenes[i] for i in some], asked)
-    group = [c.feature for c in asked]
+    # Who writes relations down expects them to matter: they are a kind of their own.
+    joined = {r.kind for scene in data.scenes for r in scene.relations}
+    group = ["relation" if c.of in joined else c.feature for c in asked]
     wrong = round(contradicted * len(some) / len(rows))
     about = [repr((c.feature, c.of, c.sense, c.sector, c.when and c.when.of)) for c in asked]
-    found = search(near[some], columns, valid[some], group, data.length_scale, wrong, about)
+    lengths = [constraint_feature(c.feature).unit == "length" for c in asked]
+    found = search(
+        near[some], columns, valid[some], group, data.length_scale, wrong, about, lengths,
+        _crowds([motions[i] for i in some], [scenes[i] for i in some]),
+    )  # fmt: skip
     document = {
         "candidates": int((~np.isnan(columns).any(axis=0)).sum()),
         "search": "exact" if found.exact else "beam",
@@ -105,6 +112,15 @@ def learn_constraints(
         return Learned((), np.empty((len(rows), 0)), columns, some, document)
     learned, margins = _valued(data, paths, near, valid, asked, found)
     return Learned(tuple(learned), np.stack(margins, axis=1), columns, some, document)
+
+
+def _crowds(motions: Sequence[Motion], scenes: Sequence[Scene]) -> FloatArray:
+    """(n, 2) distance to the second and third nearest thing: who minds crowds keeps those."""
+    out = np.full((len(motions), 2), np.inf)
+    for i, (motion, scene) in enumerate(zip(motions, scenes, strict=True)):
+        away = sorted(float(gaps(motion, item)[0].min()) for item in scene.objects or ())[1:3]
+        out[i, : len(away)] = away
+    return out
 
 
 def _valued(

@@ -9,7 +9,7 @@ else has to earn its place.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Any
@@ -30,7 +30,13 @@ _CUTS = 96  # thresholds of a column that are weighed; more are thinned to where
 _CELLS = 16  # pairs of thresholds that a third column is tried with
 _SLIPS = 20.0  # Beta(1, 20): about one label in twenty is expected to be wrong
 _SAME = 1e-9  # of a column's range: less is no difference
+_SOFT_SETS = 6  # of either kind that are weighed with soft thresholds
+_ROUGH = 25.0  # nats that a rough look at soft thresholds may be wrong by, lapses included
 _WIDTHS = (0.005, 0.01, 0.02, 0.04)  # of soft thresholds, shares of the extent
+# Least and greatest probability of acceptance beside soft thresholds, and their prior: else a
+# soft threshold of anything could stand for lapses, or for reasons that no column shows.
+_LAPSES = ((0.02, 0.98, 0.5), (0.06, 0.94, 0.2), (0.16, 0.84, 0.1), (0.02, 0.84, 0.1),
+           (0.02, 0.65, 0.1))  # fmt: skip
 _DISTANCE, _SECOND, _EXTRA = 0.5, 0.1, 0.3  # prior odds of a distance, one more, a constraint
 
 Bools = NDArray[np.bool_]
@@ -49,6 +55,7 @@ class Cut:
         distance: Classes, where it is the least distance to them; else empty.
         extra: Number of the candidate, where it is none; else −1.
         about: What a candidate speaks of, whatever its radius.
+        rival: Whether it is another explanation, which no rule can state.
     """
 
     value: FloatArray
@@ -58,6 +65,7 @@ class Cut:
     distance: tuple[int, ...] = ()
     extra: int = -1
     about: str = ""
+    rival: bool = False
 
 
 @dataclass(frozen=True)
@@ -85,6 +93,8 @@ def search(
     extent: float,
     contradicted: int,
     about: Sequence[str] = (),
+    lengths: Sequence[bool] = (),
+    rivals: FloatArray | None = None,
 ) -> Found:
     """Which candidates, if any, the labels speak for beside distances.
 
@@ -94,6 +104,10 @@ def search(
         group: (k,) the feature of each: features are as likely as each other beforehand.
         extent: Length to which soft thresholds of distance are relative.
         about: (k,) what each speaks of, but for a radius: named once; by default each differs.
+        lengths: (k,) whether each is a length: its soft thresholds are relative to the extent,
+            those of others to the range of their values. By default none is.
+        rivals: (n, r) lengths, more is safer, that would explain the labels though no rule
+            states them: a constraint has to explain more than they do.
         contradicted: Labels that the clearance rule, as learned alone, gets wrong.
     """
     n = len(valid)
@@ -103,11 +117,14 @@ def search(
     about = about or [str(j) for j in range(extras.shape[1])]
     candidates = [replace(c, about=about[c.extra]) for c in _candidates(extras, valid, group)]
     pool = _distances(near, valid) + candidates
+    if rivals is not None:
+        prior = np.log(_DISTANCE / rivals.shape[1])
+        cuts = [_cut(column, valid, float(prior), (), -1) for column in rivals.T]
+        pool += [replace(c, rival=True) for c in cuts if c is not None]
     singles = [(c.log_prior + _one(c, sign, int(valid.sum()), table), (i,))
                for i, c in enumerate(pool)]  # fmt: skip
     coin = float(betaln(n - rejected + 1, rejected + 1))
     plain = [coin, *(s for s, (i,) in singles if pool[i].extra < 0)]
-    plain += _soft(near, valid, pool, extent)
     plain.append(np.log(_DISTANCE) + float(np.log(table[min(contradicted, n)])) - np.log(n))
     known: dict[tuple[int, ...], float] = {m: s for s, m in singles if pool[m[0]].extra >= 0}
     beam = sorted(singles, reverse=True)[:BEAM]
@@ -134,6 +151,14 @@ def search(
     for model, score in {**pairs, **threes}.items():
         if any(pool[i].extra >= 0 for i in model):
             known[model] = score
+        else:
+            plain.append(score)
+    scale = [extent if c.extra < 0 or (len(lengths) and lengths[c.extra]) else _range(c.value)
+             for c in pool]  # fmt: skip
+    scores = {**{m: s for s, m in singles}, **pairs}
+    for model, score in _soft(pool, scale, scores, valid).items():
+        if any(pool[i].extra >= 0 for i in model):
+            known[model] = float(np.logaddexp(known[model], score))
         else:
             plain.append(score)
     base = float(logsumexp(plain))
@@ -317,6 +342,8 @@ def _wrong(accepted: int, held: FloatArray) -> Ints:
 def _compatible(pool: list[Cut], model: tuple[int, ...]) -> bool:
     if len(set(model)) < len(model):
         return False
+    if any(pool[i].rival for i in model) and any(pool[i].extra >= 0 for i in model):
+        return False
     # One thing with two radii is not two constraints.
     about = [pool[i].about for i in model if pool[i].extra >= 0]
     if len(set(about)) < len(about):
@@ -330,21 +357,60 @@ def _prior(pool: list[Cut], model: tuple[int, ...]) -> float:
     return sum(pool[i].log_prior for i in model) + max(0, more) * float(np.log(_SECOND))
 
 
-def _soft(near: FloatArray, valid: Bools, pool: list[Cut], extent: float) -> list[float]:
-    """Log evidence of distances whose thresholds are soft: people who are not exact."""
-    out = []
-    for c in pool:
-        if c.extra >= 0 or not np.isfinite(c.value).any():
-            continue
+def _range(value: FloatArray) -> float:
+    low, high = np.quantile(value[np.isfinite(value)], [0.05, 0.95])
+    return float(high - low) or 1.0
+
+
+def _soft(
+    pool: Sequence[Cut],
+    scale: Sequence[float],
+    scores: Mapping[tuple[int, ...], float],
+    valid: Bools,
+) -> dict[tuple[int, ...], float]:
+    """Log evidence of columns whose thresholds are soft: people who are not exact.
+
+    Every single distance is weighed, and the best of the other sets with and without
+    constraints: who is not exact about distances is not exact about the rest either.
+    """
+    ranked = sorted(scores, key=lambda m: -scores[m])
+    plain = [m for m in ranked if all(pool[i].extra < 0 for i in m)]
+    few = [m for m in plain if len(m) == 1]
+    few += [m for m in plain if len(m) > 1][:_SOFT_SETS]
+    few += [m for m in ranked if any(pool[i].extra >= 0 for i in m)][:_SOFT_SETS]
+    model = {m: ([pool[i] for i in m], [scale[i] for i in m]) for m in few}
+    rough = {m: _prior(pool, m) + _soft_evidence(*model[m], valid, rough=True) for m in few}
+    worth = max(*rough.values(), scores[ranked[0]]) - _ROUGH
+    return {m: _prior(pool, m) + _soft_evidence(*model[m], valid) for m in few if rough[m] > worth}
+
+
+def _soft_evidence(
+    model: Sequence[Cut], scale: Sequence[float], valid: Bools, *, rough: bool = False
+) -> float:
+    """Log evidence of one or two columns, each kept with a probability that rises with it.
+
+    Args:
+        rough: Whether few thresholds and widths will do: to tell which sets are worth more.
+    """
+    grids = []
+    for c in model:
         ends, weight = thresholds(c.value)
-        if len(ends) > 48:
-            keep = np.unique(np.linspace(0, len(ends) - 1, 48).round().astype(int))
+        most = (48 if len(model) == 1 else 20) // (2 if rough else 1)
+        if len(ends) > most:
+            keep = np.unique(np.linspace(0, len(ends) - 1, most).round().astype(int))
             ends, weight = ends[keep], weight[keep] / weight[keep].sum()
-        scores = []
-        for width in _WIDTHS:
-            z = np.clip((c.value - ends[:, None]) / (width * extent), -40.0, 40.0)
-            p = 0.02 + 0.96 / (1.0 + np.exp(-1.7 * z))
-            log = np.where(valid, np.log(p), np.log1p(-p)).sum(axis=1)
-            scores.append(float(logsumexp(log + np.log(weight))))
-        out.append(c.log_prior + float(logsumexp(scores)) - np.log(len(_WIDTHS)))
-    return out
+        grids.append((ends, np.log(weight)))
+    scores = []
+    widths, lapses = (_WIDTHS[1::2], _LAPSES[:1]) if rough else (_WIDTHS, _LAPSES)
+    sign, base = np.where(valid, 1.0, -1.0), np.where(valid, 0.0, 1.0)
+    for width in widths:
+        kept, weight = np.ones((1, len(valid))), np.zeros(1)
+        for c, s, (ends, log_weight) in zip(model, scale, grids, strict=True):
+            z = np.clip((c.value - ends[:, None]) / (width * s), -40.0, 40.0)
+            own = 1.0 / (1.0 + np.exp(-1.7 * z))
+            kept = (kept[:, None] * own).reshape(-1, len(valid))
+            weight = (weight[:, None] + log_weight).ravel()
+        for low, high, prior in lapses:
+            log = np.log(base + sign * (low + (high - low) * kept)).sum(axis=1)
+            scores.append(float(logsumexp(log + weight)) + float(np.log(prior)))
+    return float(logsumexp(scores)) - float(np.log(len(widths)))
