@@ -155,7 +155,8 @@ def search(
             plain.append(score)
     scale = [extent if c.extra < 0 or (len(lengths) and lengths[c.extra]) else _range(c.value)
              for c in pool]  # fmt: skip
-    scores = {**{m: s for s, m in singles}, **pairs}
+    scores: dict[tuple[int, ...], float] = {m: s for s, m in singles}
+    scores.update(pairs)
     for model, score in _soft(pool, scale, scores, valid).items():
         if any(pool[i].extra >= 0 for i in model):
             known[model] = float(np.logaddexp(known[model], score))
@@ -207,7 +208,7 @@ def posterior(value: FloatArray, valid: Bools, rest: Bools) -> tuple[FloatArray,
 
 def _both_kinds(
     singles: list[tuple[float, tuple[int]]],
-    pool: list[Cut],
+    pool: Sequence[Cut],
     beam: list[tuple[float, tuple[int]]],
 ) -> list[tuple[float, tuple[int]]]:
     out = dict.fromkeys(m for _, m in beam)
@@ -339,7 +340,7 @@ def _wrong(accepted: int, held: FloatArray) -> Ints:
     return np.rint(accepted - held).astype(np.int64)
 
 
-def _compatible(pool: list[Cut], model: tuple[int, ...]) -> bool:
+def _compatible(pool: Sequence[Cut], model: tuple[int, ...]) -> bool:
     if len(set(model)) < len(model):
         return False
     if any(pool[i].rival for i in model) and any(pool[i].extra >= 0 for i in model):
@@ -352,7 +353,7 @@ def _compatible(pool: list[Cut], model: tuple[int, ...]) -> bool:
     return len(classes) == len(set(classes)) and sum(pool[i].extra >= 0 for i in model) <= 2
 
 
-def _prior(pool: list[Cut], model: tuple[int, ...]) -> float:
+def _prior(pool: Sequence[Cut], model: tuple[int, ...]) -> float:
     more = sum(pool[i].extra < 0 for i in model) - 1
     return sum(pool[i].log_prior for i in model) + max(0, more) * float(np.log(_SECOND))
 
@@ -375,7 +376,7 @@ def _soft(
     """
     ranked = sorted(scores, key=lambda m: -scores[m])
     plain = [m for m in ranked if all(pool[i].extra < 0 for i in m)]
-    few = [m for m in plain if len(m) == 1]
+    few: list[tuple[int, ...]] = [m for m in plain if len(m) == 1]
     few += [m for m in plain if len(m) > 1][:_SOFT_SETS]
     few += [m for m in ranked if any(pool[i].extra >= 0 for i in m)][:_SOFT_SETS]
     model = {m: ([pool[i] for i in m], [scale[i] for i in m]) for m in few}
