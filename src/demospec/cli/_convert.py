@@ -17,6 +17,7 @@ from demospec.cli._common import (
     progress_bar,
     say,
 )
+from demospec.cli._detectors import DetectorName, Symbols, with_detections
 from demospec.errors import InputError
 
 
@@ -64,6 +65,8 @@ def convert(
         str | None,
         typer.Option("--objects", help="Their objects: COCO, LabelMe, VIA, YOLO, …"),
     ] = None,
+    detector: DetectorName = None,
+    symbols: Symbols = None,
     units: Annotated[
         str | None, typer.Option("--units", help="Unit of the source: px, m, cm or mm.")
     ] = None,
@@ -173,6 +176,10 @@ def convert(
             "include": include or None, "exclude": exclude or None,
         },
     )  # fmt: skip
+    if symbols is not None and detector is None:
+        raise InputError("--detector too", "only --symbols", field="--symbols")
+    if detector is not None and objects is not None:
+        raise InputError("one list of objects", "--objects too", field="--detector")
     with progress_bar() as progress:
         if dry_run:
             result = readers.read_source(
@@ -184,6 +191,9 @@ def convert(
             result = readers.convert(
                 source, set_folder, format=format, mapping=mapping, replace_existing=force,
                 progress=progress,
+                listing=None if detector is None else (
+                    lambda data: with_detections(data, detector, symbols, progress)
+                ),
             )  # fmt: skip
     document = _document(result, None if dry_run else set_folder)
     if json:

@@ -8,11 +8,19 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from demospec.cli._common import Force, Json, print_json, print_table, save_json, say
+from demospec.cli._common import (
+    Force,
+    Json,
+    print_json,
+    print_table,
+    save_json,
+    say,
+)
+from demospec.cli._detectors import DetectorName, Symbols, other_detector, say_skipped
 
 if TYPE_CHECKING:
-    from demospec.perception import DistanceNet, SymbolHead
-    from demospec.scene import SceneObject
+    from demospec.perception import DetectedObject
+    from demospec.scene import Picture, SceneObject
 
 
 def detect(
@@ -37,6 +45,8 @@ def detect(
     least: Annotated[
         float, typer.Option("--least", min=0, max=1, help="Least confidence of an object.")
     ] = 0.5,
+    detector: DetectorName = None,
+    symbols: Symbols = None,
     body: Annotated[
         Path | None,
         typer.Option("--body", help="Weights of the distance network (from `demospec pretrain`)."),
@@ -49,7 +59,9 @@ def detect(
     A picture gives JSON {"objects": [...]} in the set format. A set gives a new set (--out a
     folder) whose scenes list the detected objects in place of the listed ones; or JSON (--out
     a .json). Without --set the symbols are generic words: flat, hollow, clear, long, tool, block,
-    round. A set that lists objects in training scenes names its own test scenes.
+    round. A set that lists objects in training scenes names its own test scenes. Another
+    detector gives the lists with --detector (json:RESULTS, onnx:MODEL.onnx,
+    torchvision:NAME:WEIGHTS.pth, or one that a package brings).
     """
     from demospec.demonstrations import read_set
     from demospec.errors import InputError
@@ -57,6 +69,15 @@ def detect(
 
     if not source.exists():
         raise InputError("a picture or a demonstration set", "nothing there", file=source)
+    if detector is not None:
+        _refuse({"--set": named, "--body": body}, "--detector")
+        how = other_detector(detector, symbols)
+        if source.is_dir():
+            _detect_set(source, how, least, out, overlay, scene_id, force, json)
+        else:
+            _foreign_picture(source, how, least, out, overlay, scene_id, json)
+        return
+    _refuse({"--symbols": symbols}, "no --detector")
     network = load_network(body)
     head = None
     if named is not None:
@@ -72,15 +93,62 @@ def detect(
                 "training scenes with pictures and lists of objects", "none", file=named
             )
     if source.is_dir():
-        _detect_set(source, network, head, least, out, overlay, scene_id, force, json)
+        how = {"network": network, "head": head}
+        _detect_set(source, how, least, out, overlay, scene_id, force, json)
         return
-    from demospec.perception import detect_objects, overlay_picture
+    from demospec.perception import detect_objects
     from demospec.scene import Picture
 
     if scene_id is not None:
         raise InputError("no scene for a single picture", scene_id, field="--scene")
     picture = Picture(file=source)
     found = detect_objects(picture.pixels, network=network, head=head, least=least)
+    _tell(source, picture, found, out, overlay, json, named=head is not None)
+
+
+def _refuse(given: dict[str, object], beside: str) -> None:
+    from demospec.errors import InputError
+
+    for option, value in given.items():
+        if value is not None:
+            raise InputError(f"{option} left out (there is {beside})", value, field=option)
+
+
+def _foreign_picture(
+    source: Path,
+    how: dict[str, Any],
+    least: float,
+    out: Path | None,
+    overlay: Path | None,
+    scene_id: str | None,
+    json: bool,
+) -> None:
+    from demospec.errors import InputError
+    from demospec.perception import detect_with
+    from demospec.scene import Picture, Scene
+
+    if scene_id is not None:
+        raise InputError("no scene for a single picture", scene_id, field="--scene")
+    picture = Picture(file=source)
+    scene = Scene(source.stem, (0.0, 0.0), (0.0, 0.0), picture=picture)
+    found = detect_with(how["detector"], scene, symbols=how["symbols"], least=least)
+    if found is None:
+        raise InputError(f"detections for {source.name}", "none", field=how["detector"].name)
+    _tell(source, picture, found, out, overlay, json, named=True)
+
+
+def _tell(
+    source: Path,
+    picture: Picture,
+    found: Sequence[DetectedObject],
+    out: Path | None,
+    overlay: Path | None,
+    json: bool,
+    *,
+    named: bool,
+) -> None:
+    from demospec.perception import overlay_picture
+
     document = {"size_px": list(picture.size_px), "objects": [thing.to_json() for thing in found]}
     save_json(document, out)
     if overlay is not None:
@@ -89,13 +157,12 @@ def detect(
     if json:
         print_json(document)
     else:
-        _print(source.name, [(None, found)], head is not None)
+        _print(source.name, [(None, found)], named)
 
 
 def _detect_set(
     source: Path,
-    network: DistanceNet,
-    head: SymbolHead | None,
+    how: dict[str, Any],
     least: float,
     out: Path | None,
     overlay: Path | None,
@@ -116,11 +183,8 @@ def _detect_set(
     if scene_id is not None:
         data.scene(scene_id)
     with progress_bar() as progress:
-        seen, skipped = detect_in_set(
-            data, network=network, head=head, least=least, progress=progress
-        )
-    for name in skipped:
-        say(f"note: scene {name} has no picture; its list is kept as it is")
+        seen, skipped = detect_in_set(data, least=least, progress=progress, **how)
+    say_skipped(data, skipped)
     if folder is not None:
         write_set(seen, folder, replace_existing=force)
         say(f"wrote {folder}")
@@ -145,7 +209,7 @@ def _detect_set(
         print_json(document)
     else:
         rows = [(s.scene_id, s.objects or ()) for s in seen.scenes if s.scene_id not in skipped]
-        _print(seen.name, rows, head is not None)
+        _print(seen.name, rows, how.get("head") is not None or "detector" in how)
 
 
 def _print(

@@ -25,6 +25,7 @@ SERVES: dict[str, tuple[tuple[str, ...], str]] = {
     "filter": (("qpsolvers", "daqp"), "the monitor's velocity filter"),
     "stl": (("rtamt",), "export to STL, checked"),
     "onnx": (("onnx",), "export of models to ONNX"),
+    "detect": (("onnxruntime",), "detectors in ONNX"),
     "objects": (("pycocotools", "yaml"), "objects in COCO run-length masks and YOLO lists"),
     "markers": (("pupil_apriltags",), "studio: the scale of a picture from a printed AprilTag"),
     "hdf5": (("h5py",), "convert of HDF5 files"),

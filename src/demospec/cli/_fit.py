@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from demospec.cli._common import Force, Json, OutFolder, Seed, SetFolder, print_json, progress_bar
+from demospec.cli._detectors import DetectorName, Symbols, with_detections
 
 Setting = Annotated[
     list[str] | None,
@@ -42,6 +43,8 @@ def fit(
             "(about a minute for 20 scenes; without it, seconds).",
         ),
     ] = None,
+    detector: DetectorName = None,
+    symbols: Symbols = None,
     seed: Seed = 0,
     force: Force = False,
     json: Json = False,
@@ -62,12 +65,16 @@ def fit(
     data = read_set(set_folder)
     if any(scene.split == split for scene in data.scenes):
         data = data.of_split(split)
+    if symbols is not None and detector is None:
+        raise InputError("--detector too", "only --symbols", field="--symbols")
     chosen = dict(parsed_setting(text) for text in settings or ())
     if fine_tune is not None:
         if model != "field":
             raise InputError("--model field", model, field="--fine-tune")
         chosen["fine_tune"] = fine_tune
     with progress_bar() as progress:
+        if detector is not None:
+            data = with_detections(data, detector, symbols, progress)
         fitted = fit_model(data, model, members=members, seed=seed, progress=progress, **chosen)
         fitted.save(out, replace=force)
         scores = evaluate(fitted, data).to_json()

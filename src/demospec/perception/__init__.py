@@ -22,7 +22,8 @@ from demospec.perception._observation import Detection, Observation
 
 if TYPE_CHECKING:
     from demospec.perception import _level_sets as level_sets
-    from demospec.perception._detection import DetectedObject, detect_in_set, detect_objects
+    from demospec.perception._detected import DetectedObject
+    from demospec.perception._detection import detect_in_set, detect_objects, detect_with
     from demospec.perception._observation import Detection as Slot
     from demospec.perception._observation import Observation as Sight
     from demospec.perception._overlay import overlay_picture
@@ -83,6 +84,7 @@ __all__ = [
     "class_probabilities",
     "detect_in_set",
     "detect_objects",
+    "detect_with",
     "draw_scene_code",
     "fit_symbol_head",
     "level_sets",
@@ -106,7 +108,7 @@ __all__ = [
 
 _HOME = {
     "CodeLength": "scene_code._code",
-    "DetectedObject": "_detection",
+    "DetectedObject": "_detected",
     "DistanceNet": "network._distance_net",
     "NetworkSize": "network._backbone",
     "ObjectCode": "scene_code._code",
@@ -120,6 +122,7 @@ _HOME = {
     "class_probabilities": "heads._symbols",
     "detect_in_set": "_detection",
     "detect_objects": "_detection",
+    "detect_with": "_detection",
     "draw_scene_code": "scene_code._draw",
     "fit_symbol_head": "training._symbol_head",
     "level_sets": "_level_sets:",

@@ -15,7 +15,7 @@ from demospec.geometry import rims
 from demospec.scene import Image, SceneObject
 
 if TYPE_CHECKING:
-    from demospec.perception._detection import DetectedObject
+    from demospec.perception._detected import DetectedObject
 
 COLOURS = ("#E69F00", "#56B4E9", "#009E73", "#F0E442", "#0072B2", "#D55E00", "#CC79A7")
 """Okabe–Ito without black; symbols beyond the seventh share colours, their words differ."""

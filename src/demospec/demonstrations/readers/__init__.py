@@ -10,6 +10,9 @@ from demospec.demonstrations.readers._mapping import (
 )
 from demospec.demonstrations.readers._projection import Projection, fit_homography
 from demospec.demonstrations.readers._reading import Reading
+from demospec.demonstrations.readers._recording import ListedObjects
+from demospec.demonstrations.readers.annotations._objects import read_objects
+from demospec.demonstrations.readers.annotations._shapes import mask_outline
 from demospec.demonstrations.readers.ros import (
     Bag,
     frame_of,
@@ -24,6 +27,7 @@ __all__ = [
     "FORMATS",
     "Bag",
     "Conversion",
+    "ListedObjects",
     "Mapping",
     "Projection",
     "Reading",
@@ -33,10 +37,12 @@ __all__ = [
     "frame_of",
     "guess_format",
     "is_path_type",
+    "mask_outline",
     "open_bag",
     "points_of",
     "read_label_table",
     "read_mapping",
+    "read_objects",
     "read_source",
     "stamp_of",
     "with_options",

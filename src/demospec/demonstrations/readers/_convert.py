@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from importlib.metadata import version
@@ -135,9 +135,15 @@ def convert(
     format: str | None = None,
     mapping: Mapping | None = None,
     replace_existing: bool = False,
+    listing: Callable[[DemonstrationSet], DemonstrationSet] | None = None,
     progress: Progress = silent,
 ) -> Conversion:
     """Reads a source and writes it as a new set, whole or not at all; the source is only read.
+
+    Args:
+        listing: Gives the set the lists of objects that it is to have, such as those of a
+            detector that looks at its pictures; None leaves what was read.
+        source, target, format, mapping, replace_existing, progress: See `read_source`.
 
     Raises:
         InputError, MissingExtraError: As `read_source`.
@@ -148,6 +154,8 @@ def convert(
         result = read_source(
             source, format=format, mapping=mapping, picture_folder=folder, progress=progress
         )
+        if listing is not None:
+            result = replace(result, data=listing(result.data))
         write_set(
             result.data,
             target,

@@ -147,6 +147,8 @@ class ListedObjects:
         size_px: (width, height) of the picture that was annotated, where the file says it.
         relative: The objects are in shares of the picture's width and height, not in pixels.
         row: Where the picture stands in the file, for messages.
+        scores: How sure a detector was of each object, in [0, 1], None where it did not say;
+            empty where nothing of it says.
     """
 
     names: tuple[str, ...]
@@ -154,6 +156,7 @@ class ListedObjects:
     size_px: tuple[float, float] | None = None
     relative: bool = False
     row: int | str | None = None
+    scores: tuple[float | None, ...] = ()
 
 
 @dataclass(frozen=True)

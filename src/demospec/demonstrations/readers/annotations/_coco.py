@@ -67,8 +67,41 @@ def read_coco(document: dict[str, Any], path: Path) -> list[ListedObjects]:
         except InputError as error:
             raise error.at(file=path, row=row) from error
     return [
-        ListedObjects(names_of(name), tuple(objects.objects), sizes[name], row=rows[name])
+        ListedObjects(
+            names_of(name), tuple(objects.objects), sizes[name], row=rows[name],
+            scores=tuple(objects.scores),
+        )
         for name, objects in found.items()
+    ]  # fmt: skip
+
+
+def coco_results(items: list[Any], path: Path) -> list[ListedObjects]:
+    """COCO's results of a detector: a list of ``image_id``, ``category_id``, ``bbox`` or
+    ``segmentation``, and ``score``.
+
+    The format holds no names: a picture is called what its id says, a class what
+    ``category_name`` says, else the number of its category.
+
+    Source: "COCO results format", cocodataset.org.
+
+    Raises:
+        InputError: An entry without picture or category, or a shape that cannot be read.
+    """
+    found: dict[str, ObjectList] = {}
+    for row, item in enumerate(items):
+        image, category = item.get("image_id"), item.get("category_id")
+        if isinstance(image, bool) or not isinstance(image, (int, str)) or image == "":
+            raise InputError("the id of a picture", image, file=path, row=row, field="image_id")
+        symbol = item.get("category_name", category)
+        if isinstance(symbol, bool) or not isinstance(symbol, (int, str)):
+            raise InputError("a category", symbol, file=path, row=row, field="category_id")
+        try:
+            _add(item, str(symbol), found.setdefault(str(image), ObjectList()), None, path, row)
+        except InputError as error:
+            raise error.at(file=path, row=row) from error
+    return [
+        ListedObjects(names_of(name), tuple(o.objects), scores=tuple(o.scores))
+        for name, o in found.items()
     ]
 
 
@@ -122,9 +155,10 @@ def _add(
         # A box's corners as segmentation say no more than the box: both are to be turned.
         flat = sides[2] == 0 or sides[3] == 0
         outline = None if flat else box(*sides, turn, about="centre")
-        objects.add(symbol, outline, bbox=None if turned and outline is not None else sides)
+        boxed = None if turned and outline is not None else sides
+        objects.add(symbol, outline, bbox=boxed, score=item.get("score"))
         return
-    objects.add(symbol, shape, bbox=sides)
+    objects.add(symbol, shape, bbox=sides, score=item.get("score"))
 
 
 def _box(value: Any, path: Path, row: int) -> tuple[float, float, float, float] | None:

@@ -43,6 +43,7 @@ def read_labelme(document: dict[str, Any], path: Path) -> ListedObjects:
     size = _size(document.get("imageWidth"), document.get("imageHeight"), path)
     objects = ObjectList()
     groups: dict[tuple[str, Any], list[Shape]] = {}
+    scores: dict[tuple[str, Any], Any] = {}
     for row, item in enumerate(_list(document.get("shapes"), path, "shapes")):
         if not isinstance(item, dict):
             raise InputError("an object", item, file=path, row=row, field="shapes")
@@ -53,11 +54,13 @@ def read_labelme(document: dict[str, Any], path: Path) -> ListedObjects:
             label = word(item.get("label"), "label")
             key = (label, f"alone-{row}" if group is None else group)
             groups.setdefault(key, []).append(_labelme_shape(item, path, row))
+            scores.setdefault(key, item.get("score"))
         except InputError as error:
             raise error.at(file=path, row=row) from error
-    for (label, _), shapes in groups.items():
-        add_shape(objects, label, whole(shapes, path, label))
-    return ListedObjects(names_of(name), tuple(objects.objects), size)
+    for key, shapes in groups.items():
+        add_shape(objects, key[0], whole(shapes, path, key[0]), scores[key])
+    listed = tuple(objects.objects)
+    return ListedObjects(names_of(name), listed, size, scores=tuple(objects.scores))
 
 
 def _labelme_shape(item: dict[str, Any], path: Path, row: int) -> Shape:
@@ -223,12 +226,12 @@ def whole(shapes: list[Shape], path: Path, label: str) -> Shape:
     return polygons(parts)
 
 
-def add_shape(objects: ObjectList, label: str, shape: Shape) -> None:
+def add_shape(objects: ObjectList, label: str, shape: Shape, score: Any = None) -> None:
     """Adds an outline, or a point of which only the place is known."""
     if isinstance(shape, tuple):
-        objects.add(label, None, center=shape)
+        objects.add(label, None, center=shape, score=score)
     else:
-        objects.add(label, shape)
+        objects.add(label, shape, score=score)
 
 
 def _list(value: Any, path: Path, name: str) -> list[Any]:

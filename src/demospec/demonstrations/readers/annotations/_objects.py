@@ -15,27 +15,40 @@ from demospec.progress import silent
 _KINDS = "COCO, LabelMe, VIA, Supervisely, YOLO, Label Studio or CVAT"
 
 
-def read_objects(path: Path) -> list[ListedObjects]:
+def read_objects(path: Path, *, results: bool = False) -> list[ListedObjects]:
     """The objects of pictures that a file, or a folder of files, lists.
 
     Args:
         path: A JSON file (COCO, LabelMe, VIA, Supervisely, Label Studio), an XML file (CVAT), or a
             folder: of YOLO's text files, or of the JSON files of LabelMe or Supervisely.
+        results: It is what a detector wrote: also lists of detections (COCO's results,
+            `supervision`'s JSON and CSV), and confidences at the end of YOLO's lines.
 
     Raises:
         InputError: Nothing that is known, or what the format's reader says.
     """
     if path.is_dir():
-        return _of_folder(path)
+        return _of_folder(path, results)
     if path.suffix.lower() in (".yaml", ".yml", ".names"):
         from demospec.demonstrations.readers.annotations._yolo import read_yolo
 
-        return read_yolo(path.parent)
+        return read_yolo(path.parent, results=results)
     if path.suffix.lower() == ".xml":
         from demospec.demonstrations.readers.annotations._cvat import read_cvat
 
         return _of_source(read_cvat(path, Mapping(), silent), path)
+    if results and path.suffix.lower() == ".csv":
+        from demospec.demonstrations.readers.annotations._supervision import read_detections_csv
+
+        return read_detections_csv(path)
     document = read_json(path)
+    if results and isinstance(document, list) and all(isinstance(i, dict) for i in document):
+        from demospec.demonstrations.readers.annotations import _coco, _supervision
+
+        if not document or "x_min" in document[0]:
+            return _supervision.read_detections(document, path)
+        if "image_id" in document[0]:
+            return _coco.coco_results(document, path)
     if isinstance(document, list):
         from demospec.demonstrations.readers.annotations._label_studio import read_label_studio
 
@@ -63,12 +76,12 @@ def _of_json(document: Any, path: Path) -> list[ListedObjects]:
     raise InputError(_KINDS, ", ".join(map(str, list(document)[:6])) or "{}", file=path)
 
 
-def _of_folder(path: Path) -> list[ListedObjects]:
+def _of_folder(path: Path, results: bool) -> list[ListedObjects]:
     files = sorted(f for f in path.rglob("*.json") if f.is_file() and f.name != "meta.json")
     if not files:
         from demospec.demonstrations.readers.annotations._yolo import read_yolo
 
-        return read_yolo(path)
+        return read_yolo(path, results=results)
     out: list[ListedObjects] = []
     for file in files:
         out += _of_json(read_json(file), file)

@@ -133,6 +133,7 @@ class ObjectList:
     """The objects of one picture as they are read: numbered within their class."""
 
     objects: list[SceneObject] = field(default_factory=list)
+    scores: list[float | None] = field(default_factory=list)
 
     def add(
         self,
@@ -141,6 +142,7 @@ class ObjectList:
         *,
         center: tuple[float, float] | None = None,
         bbox: tuple[float, float, float, float] | None = None,
+        score: Any = None,
     ) -> SceneObject:
         """Adds an object.
 
@@ -149,6 +151,7 @@ class ObjectList:
             shape: Its footprint, or None where only its place is known.
             center: Its place; the middle of its box where None.
             bbox: Its box; that of the footprint where None.
+            score: How sure a detector was, kept where it is a number.
         """
         if not symbol.strip():
             raise InputError("a class of object", repr(symbol), field="label")
@@ -163,4 +166,6 @@ class ObjectList:
         number = sum(o.symbol == symbol for o in self.objects)
         item = SceneObject(f"{symbol}-{number}", symbol, center, bbox, shape)
         self.objects.append(item)
+        known = isinstance(score, (int, float)) and not isinstance(score, bool)
+        self.scores.append(float(score) if known else None)
         return item

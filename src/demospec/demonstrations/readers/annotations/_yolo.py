@@ -16,12 +16,13 @@ from demospec.files import read_bytes
 _NAMES = ("classes.txt", "obj.names", "data.yaml", "data.yml", "dataset.yaml")
 
 
-def read_yolo(folder: Path) -> list[ListedObjects]:
+def read_yolo(folder: Path, *, results: bool = False) -> list[ListedObjects]:
     """A folder of ``.txt`` files, one a picture, with the classes' names beside or above it.
 
     A line is ``class x y width height`` (the middle of a box), or ``class x y x y x y …`` (the
     corners of an outline, of a turned box too), all in shares of the picture's size. An empty
-    file is a picture without objects.
+    file is a picture without objects. With `results` a line of one number more ends in how
+    sure the detector was.
 
     Raises:
         InputError: No names, a class without a name, a line of another length (a confidence at
@@ -40,11 +41,11 @@ def read_yolo(folder: Path) -> list[ListedObjects]:
             if not words:
                 continue
             try:
-                _add(words, names, source, objects)
+                _add(words, names, source, objects, results)
             except InputError as error:
                 raise error.at(file=file, row=f"line {row}") from error
         out.append(ListedObjects(names_of(file.name), tuple(objects.objects), relative=True,
-                                 row=file.name))  # fmt: skip
+                                 row=file.name, scores=tuple(objects.scores)))  # fmt: skip
     if not out:
         raise InputError("text files with objects", "none", file=folder)
     return out
@@ -91,7 +92,9 @@ def _from_yaml(file: Path) -> dict[int, str]:
     return {k: str(v) for k, v in names.items()}
 
 
-def _add(words: list[str], names: dict[int, str], source: Path, objects: ObjectList) -> None:
+def _add(
+    words: list[str], names: dict[int, str], source: Path, objects: ObjectList, results: bool
+) -> None:
     if not words[0].isdecimal() or int(words[0]) not in names or not names[int(words[0])]:
         raise InputError(f"a class of {source.name} (0 to {len(names) - 1})", words[0],
                          field="class")  # fmt: skip
@@ -103,11 +106,14 @@ def _add(words: list[str], names: dict[int, str], source: Path, objects: ObjectL
     if not (np.isfinite(values).all() and (np.abs(values) <= 2).all()):
         raise InputError("shares of the picture's size, from 0 to 1", " ".join(words[1:6]),
                          field="line")  # fmt: skip
+    score = None
+    if results and len(values) % 2:  # corners come in pairs, and so do the numbers of a box
+        score, values = float(values[-1]), values[:-1]
     if len(values) == 4:
         x, y, w, h = (float(v) for v in values)
-        objects.add(symbol, box(x - w / 2, y - h / 2, w, h))
+        objects.add(symbol, box(x - w / 2, y - h / 2, w, h), score=score)
     elif len(values) >= 6 and len(values) % 2 == 0:
-        objects.add(symbol, polygons([values.reshape(-1, 2)]))
+        objects.add(symbol, polygons([values.reshape(-1, 2)]), score=score)
     else:
         expected = "a class and four numbers (a box), or at least three corners x y"
         raise InputError(expected, f"{len(values)} numbers", field="line")
