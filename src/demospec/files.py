@@ -132,8 +132,54 @@ def check_free_folder(path: str | os.PathLike[str], *, replace: bool = False) ->
     _refuse(Path(path), replace=replace, folder=True)
 
 
+def check_free(
+    paths: Iterable[str | os.PathLike[str]], *, replace: bool, folder: bool | None = None
+) -> None:
+    """Refuses, before the work, outputs that could not or must not be written after it.
+
+    Args:
+        paths: Where the command will write; two outputs cannot share a place.
+        replace: What exists may be replaced.
+        folder: Folders are written, or files; None for either.
+
+    Raises:
+        OutputError: One of them exists and `replace` is False, is read by the command, or
+            cannot be made there.
+    """
+    seen: set[Path] = set()
+    for path in paths:
+        target = Path(path)
+        try:
+            place = target.resolve()
+            if place in seen:
+                raise OutputError(f"{target}: named for two outputs")
+            seen.add(place)
+            is_folder = target.is_dir() if folder is None else folder
+            _refuse(target, replace=replace, folder=is_folder)
+            _refuse_parent(target)
+        except ValueError as error:  # a NUL byte
+            raise OutputError(f"{str(path)!r}: cannot write: {error}") from error
+        except OSError as error:
+            raise OutputError(f"{target}: cannot write: {error.strerror or error}") from error
+
+
+def _refuse_parent(target: Path) -> None:
+    """OutputError where no file can be made beside `target`."""
+    if len(os.fsencode(target.name)) > 255:
+        raise OutputError(f"{target.name[:40]}…: cannot write: File name too long")
+    above = next((p for p in target.absolute().parents if p.exists()), Path("/"))
+    if not above.is_dir():
+        raise OutputError(f"{target}: cannot write: {above} is not a folder")
+    if not os.access(above, os.W_OK | os.X_OK):
+        raise OutputError(f"{target}: cannot write: no permission to write in {above}")
+
+
 def _refuse(target: Path, *, replace: bool, folder: bool) -> None:
     if not target.exists():
+        if folder:  # nor does a source get a folder more; a file beside its files is welcome
+            _refuse_input(target, folder=True)
+        if target.is_symlink():
+            raise OutputError(f"{target}: is a link to something that is not there")
         return
     _refuse_input(target, folder=folder)
     if folder and target.is_dir():

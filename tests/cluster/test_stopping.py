@@ -87,5 +87,5 @@ def test_kill_9_keeps_the_older_answer_whole(place, tmp_path):
     """An answer that is being replaced stays readable until the new one has its name."""
     out = tmp_path / "answer.json"
     out.write_text("{}\n")
-    stopped(long_command("causes", place, out), signal.SIGKILL, 1.5)
+    stopped([*long_command("causes", place, out), "--force"], signal.SIGKILL, 1.5)
     assert out.read_text() == "{}\n"

@@ -62,7 +62,8 @@ def test_the_question_is_drawn(
         assert len(set(drawn.convert("L").tobytes())) > 2
     problem = tmp_path / "problem.json"
     problem.write_text("{}")
-    status, _, err = run(capsys, "query", problem, "--picture", picture)
+    other = tmp_path / "other.png"
+    status, _, err = run(capsys, "query", problem, "--picture", other)
     assert status == 2
     assert "--picture: expected a demonstration set" in err
 

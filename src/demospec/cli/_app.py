@@ -6,20 +6,18 @@ Exit status: 0 success, 2 bad input or a missing extra (one line on stderr), 1 o
 
 from __future__ import annotations
 
-import contextlib
-import functools
 import importlib
 import inspect
 import os
 import sys
-from collections.abc import Callable, Collection, Iterable, Sequence
-from pathlib import Path
+from collections.abc import Callable, Sequence
 from typing import Annotated, Any
 
 import typer
 
 from demospec.cli._common import FullSentences
 from demospec.cli._groups import COMMANDS, GROUPS, epilog
+from demospec.cli._written import keeping
 from demospec.errors import DemospecError
 
 
@@ -43,8 +41,7 @@ def build_app(names: Sequence[str] = COMMANDS) -> typer.Typer:
         if register is not None:  # a command with subcommands
             register(app, epilog(name))
         else:
-            makes = {*OUTPUTS, "set_folder"} if name == "convert" else OUTPUTS
-            command = _keeping_inputs(getattr(module, function), makes)
+            command = keeping(name, getattr(module, function))
             app.command(name, epilog=epilog(name))(_with_seed(command))
 
     @app.callback(invoke_without_command=True)
@@ -73,49 +70,15 @@ class Grouped(FullSentences):
                     formatter.write_dl(rows)
 
 
-OUTPUTS = ("out", "picture", "table", "overlay", "relevant_rules")
-"""Parameters of commands that name what is written; every other path is read."""
-
-
-def _keeping_inputs(function: Callable[..., None], makes: Collection[str]) -> Callable[..., None]:
-    """The command, in which nothing that it reads can be written over.
-
-    Args:
-        makes: Parameters that name what it writes.
-    """
-
-    @functools.wraps(function)
-    def kept(**arguments: Any) -> None:
-        from demospec.files import reading
-
-        with reading(_existing(v for k, v in arguments.items() if k not in makes)):
-            function(**arguments)
-
-    return kept
-
-
-def _existing(values: Iterable[Any]) -> list[Path]:
-    """The files and folders among some arguments, and among lists of them."""
-    found = []
-    for value in values:
-        several = value if isinstance(value, list | tuple) else [value]
-        for one in several:
-            if isinstance(one, Path) or (isinstance(one, str) and one):
-                with contextlib.suppress(OSError, ValueError):
-                    if Path(one).exists():
-                        found.append(Path(one))
-    return found
-
-
 def _with_seed(function: Callable[..., None]) -> Callable[..., None]:
     """The command with a hidden `--seed`: a script may pass one to every command."""
-    if "seed" in function.__annotations__:
+    signature = inspect.signature(function, eval_str=True)
+    if "seed" in signature.parameters:
         return function
 
     def seeded(seed: int, **arguments: Any) -> None:
         function(**arguments)
 
-    signature = inspect.signature(function, eval_str=True)
     option = typer.Option("--seed", min=0, hidden=True, help="No effect: nothing here is random.")
     extra = inspect.Parameter(
         "seed", inspect.Parameter.KEYWORD_ONLY, default=0, annotation=Annotated[int, option]

@@ -118,7 +118,7 @@ def monitor(
 
         lines = readings_of_lines(watching, sys.stdin, frame if metres else None)
         readings = ((None, reading) for reading in lines)
-    _run(readings, watching, frame, out, changes=changes, force=force, json=json)
+    _run(readings, watching, frame, out, changes=changes, json=json)
 
 
 def _run(
@@ -128,14 +128,13 @@ def _run(
     out: Path | None,
     *,
     changes: bool,
-    force: bool,
     json: bool,
 ) -> None:
     counts: dict[str, int] = {"ok": 0, "warn": 0, "violation": 0, "unknown": 0}
     least: Reading | None = None
     outputs: list[Any] = []
     if out is not None:
-        outputs.append(_output(out, watching, frame, force))
+        outputs.append(_output(out, watching, frame))
     if not json:
         from demospec.monitor import Lines
 
@@ -167,13 +166,11 @@ def _changed(
         before = now
 
 
-def _output(out: Path, watching: Monitor, frame: RobotFrame, force: bool) -> Any:
+def _output(out: Path, watching: Monitor, frame: RobotFrame) -> Any:
     from demospec.monitor import Lines, McapFile
 
     if out.suffix not in (".jsonl", ".mcap"):
         raise InputError("a file name ending in .jsonl or .mcap", out.name, field="--out")
-    if out.exists() and not force:
-        raise InputError("a free path, or --force", "a file is there", file=out)
     if out.suffix == ".mcap":
         return McapFile(out, watching, frame)
     return Lines(out.open("w", encoding="utf-8"), close=True)

@@ -58,8 +58,6 @@ def pretrain(
 
     if out.suffix != ".safetensors":
         raise InputError("a file name ending in .safetensors", out.name, field="--out")
-    if out.exists() and not force:
-        raise InputError("a free path, or --force", "a file is there", file=out)
     if not out.parent.is_dir():
         raise InputError("an existing folder", out.parent, field="--out")
     settings = PretrainSettings(

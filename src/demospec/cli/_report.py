@@ -28,7 +28,8 @@ def report(
 
     page = build_report(run)
     if markdown:
-        path = write_markdown(page, out if out is not None else run / "report-markdown")
+        # What is there under another name than ours has been asked about before the work.
+        path = write_markdown(page, out or run / "report-markdown", replace=True)
     else:
         path = out if out is not None else run / "report.html"
         write_html(page, path)

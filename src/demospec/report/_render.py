@@ -91,9 +91,13 @@ def write_html(report: Report, path: Path) -> None:
         temporary.write_text(render_html(report), encoding="utf-8")
 
 
-def write_markdown(report: Report, folder: Path) -> Path:
-    """Writes ``folder/report.md`` and its pictures; returns the Markdown file."""
-    with writing_folder(folder, replace=True) as root:
+def write_markdown(report: Report, folder: Path, *, replace: bool = False) -> Path:
+    """Writes ``folder/report.md`` and its pictures; returns the Markdown file.
+
+    Raises:
+        OutputError: The folder has something in it and `replace` is False.
+    """
+    with writing_folder(folder, replace=replace) as root:
         pictures = _Pictures(root)
         lines = [f"# {report.title}", "", report.subtitle, ""]
         if not report.people:
