@@ -16,7 +16,7 @@ from demospec.experiments.paper import ReproduceSettings, reproduce
 
 SMALL = ReproduceSettings(
     seeds=1, counts=(1,), clustered_counts=(1,), models=("full", "irl"), starts=4, particles=2,
-    demonstrations=10, resamples=2,
+    demonstrations=10, resamples=2, boundary_scenes=2, rejected=1, identified=4, samples=3,
 )  # fmt: skip
 
 
@@ -34,6 +34,10 @@ def test_a_small_run(tmp_path: Path) -> None:
     page = (folder / "reproduction.html").read_text(encoding="utf-8")
     assert not re.search(r'(src|href)="(?!data:|#)', page)
     assert page.count("data:image/png") >= 9
+    verdicts = (folder / "beside-the-paper.csv").read_text(encoding="utf-8")
+    for words in ("not met", "not comparable, because"):
+        assert words in verdicts
+        assert words in page
     for name in ("accuracy-as-printed", "accuracy-uniform", "accuracy-clustered", "transition"):
         assert (folder / f"{name}.svg").is_file()
     rows = json.loads((folder / "accuracy-uniform.json").read_text())["rows"]

@@ -28,10 +28,17 @@ class RepairTask:
 
 @dataclass(frozen=True)
 class CausesTask:
-    """Interventions on one model."""
+    """Interventions on one model.
+
+    Args:
+        scenes: Training scenes whose boundaries are searched.
+        rejected: Demonstrations of each type asked object by object.
+    """
 
     folder: Path
     model: str
+    scenes: int
+    rejected: int
     seed: int
 
 
@@ -50,15 +57,41 @@ def repairs_of(task: RepairTask) -> dict[str, Any]:
 
 
 def causes_of(task: CausesTask) -> dict[str, Any]:
-    """Findings on one model as a document; its picture is left in the run folder."""
-    from demospec.causal import Settings, find_causes
+    """Findings on one model as a document; its picture is left in the run folder.
+
+    With `causation` (probabilities of necessity and sufficiency), `boundaries` (how far each
+    symbol and each other type moves them) and `but_for` (rejected demonstrations).
+    """
+    from demospec.causal import (
+        Settings,
+        boundary_effects,
+        but_for_rejected,
+        causation,
+        checked,
+        editor_for,
+        estimate,
+        run_trials,
+    )
     from demospec.report import save_causal_picture
 
-    scenes = set_of(task.folder).of_split("train").scenes
+    data = set_of(task.folder).of_split("train")
     model = model_of(task.folder, task.model)
-    found = find_causes(model, scenes, settings=Settings(seed=task.seed))
+    settings = Settings(seed=task.seed)
+    trials = run_trials(model, data.scenes, settings=settings)
+    found = checked(estimate(trials, settings), model, data.scenes)
     save_causal_picture(found, task.folder / f"causes-{task.model}.png")
-    return found.to_json()
+    some = data.scenes[: task.scenes]
+    return {
+        **found.to_json(),
+        "causation": [c.to_json() for c in causation(trials)],
+        "boundaries": [
+            e.to_json()
+            for e in boundary_effects(
+                model, some, found.symbols, seed=task.seed, editor=editor_for(data.scenes)
+            )
+        ],
+        "but_for": [r.to_json() for r in but_for_rejected(model, data, task.rejected)],
+    }
 
 
 def repairs_by_model(
@@ -81,12 +114,12 @@ def repairs_by_model(
 
 
 def causes_by_model(
-    folder: Path, seed: int, workers: int, progress: Progress
+    folder: Path, scenes: int, rejected: int, seed: int, workers: int, progress: Progress
 ) -> dict[str, dict[str, Any]]:
     """Model → findings."""
     from demospec.parallel import run_tasks
 
-    tasks = [CausesTask(folder, name, seed) for name in MODELS]
+    tasks = [CausesTask(folder, name, scenes, rejected, seed) for name in MODELS]
     found = run_tasks(causes_of, tasks, workers=workers, progress=progress, what="causes")
     return dict(zip(MODELS, found, strict=True))
 

@@ -12,7 +12,9 @@ import numpy as np
 
 from demospec.experiments.paper import _page_models as of_models
 from demospec.experiments.paper import _page_rules as of_rules
+from demospec.experiments.paper import _page_solutions as of_solutions
 from demospec.experiments.paper import _paper as paper
+from demospec.experiments.paper._beside import beside_table
 from demospec.experiments.paper._readings import (
     causes_agree,
     people_reading,
@@ -31,15 +33,24 @@ def build_page(folder: Path, settings: ReproduceSettings) -> Report:
     """Reads the artefacts of `folder` and lays out the page."""
     record = read_json(folder / "run.json")
     sections = (
+        Section("beside", "Beside the paper's numbers", (beside_table(folder),)),
         Section("samples", "What was demonstrated", tuple(_samples(folder))),
         Section("accuracy", "Accuracy against demonstrations", tuple(of_models.accuracy(folder))),
         Section("latent", "Where the control point may lie", tuple(of_models.latent(folder))),
         Section("repair", "Repair", tuple(of_models.repair(folder))),
         Section("causes", "Causes", tuple(of_rules.causes(folder))),
+        Section("boundaries", "What an object changes", tuple(of_solutions.boundaries(folder))),
+        Section(
+            "solutions", "Types found, solutions shared", tuple(of_solutions.solutions(folder))
+        ),
         Section(
             "parameters", "Rule parameters", tuple(of_rules.parameters(folder, settings.resamples))
         ),
-        Section("plans", "Cost maps, plans and the robot", tuple(of_rules.plans(folder))),
+        Section(
+            "plans",
+            "Cost maps, plans and the robot",
+            (*of_rules.plans(folder), *of_solutions.relevance(folder)),
+        ),
         Section("computed", "How this was computed", tuple(_computed(record, settings))),
     )
     return Report(
@@ -124,6 +135,9 @@ def _computed(record: dict[str, Any], s: ReproduceSettings) -> list[Block]:
         ("the same, clustered reading", ", ".join(map(str, s.clustered_counts))),
         ("rejected paths to repair, per type", f"{s.starts} (fewer where no solution exists)"),
         ("demonstrations per participant", str(s.demonstrations)),
+        ("scenes of boundaries and of sampled solutions", str(s.boundary_scenes)),
+        ("rejected demonstrations asked object by object, per type", str(s.rejected)),
+        ("demonstrators identified, per type and number shown", str(s.identified)),
         ("versions", versions),
         ("python, machine", f"{record['python']}, {record['machine']}"),
     )

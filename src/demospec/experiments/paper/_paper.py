@@ -10,6 +10,9 @@ ACCURACY: Final = {"first": (0.72, 0.673, 0.775), "last": (0.99, 0.978, 0.998)}
 REPAIR: Final = {"careful": 0.75, "normal": 0.95, "aggressive": 1.00}
 """Share of rejected trajectories that 30 gradient steps repaired."""
 
+IDENTIFIED: Final = 0.99
+"""Share of users whose type is found (abstract); from how many demonstrations is not told."""
+
 CAUSAL_COLUMNS: Final = ("base", "utensil", "plate", "bowl", "glass")
 CAUSAL: Final = {
     "careful": (0.43, 0.27, 0.28, 0.31, 0.30),

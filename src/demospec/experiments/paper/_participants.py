@@ -21,7 +21,7 @@ from demospec.experiments.paper._people import (
     verdicts,
 )
 from demospec.progress import Progress
-from demospec.rules import RuleProblem, enough_problem, solve
+from demospec.rules import RuleProblem, solve
 
 FRESH = 200
 """Strokes that nobody labelled before, to ask the person and the answer alike."""
@@ -101,11 +101,3 @@ def _fresh(
         "agreed": int(alike.sum()),
         "right": int((ends[0] == own)[alike].sum()),
     }
-
-
-def transition_study(
-    demonstrations: int, resamples: int, seed: int, progress: Progress
-) -> dict[str, Any]:
-    """The paper's heat maps for the first participant: least and greatest L by numbers shown."""
-    problem = participant(0, demonstrations, seed)
-    return enough_problem(problem, resamples=resamples, seed=seed, progress=progress)

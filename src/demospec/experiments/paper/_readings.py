@@ -177,7 +177,7 @@ def types_reading(found: dict[str, Any]) -> list[str]:
     out = []
     for model, findings in found.items():
         beside = [c for c in findings["types"] if printed_difference(c) is not None]
-        held = [c for c in beside if _holds(c["interval"], printed_difference(c))]
+        held = [c for c in beside if type_held(c)]
         left = [f"{c['from']} → {c['to']}" for c in beside if c not in held]
         tail = f"; not for {', '.join(left)}" if left else ""
         out.append(
@@ -185,6 +185,11 @@ def types_reading(found: dict[str, Any]) -> list[str]:
             f"{len(beside)} pairs{tail}."
         )
     return out
+
+
+def type_held(cell: dict[str, Any]) -> bool:
+    """Whether our interval holds the difference of two types that the paper prints."""
+    return _holds(cell["interval"], printed_difference(cell))
 
 
 def printed_difference(cell: dict[str, Any]) -> float | None:

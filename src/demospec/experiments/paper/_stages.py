@@ -40,6 +40,11 @@ class ReproduceSettings:
         particles: Of the second repair column (the first is the paper's single one).
         demonstrations: Of each simulated participant.
         resamples: Of each cell of the heat maps.
+        boundary_scenes: Scenes whose boundaries of validity are searched, and unseen ones in which
+            solutions are sampled.
+        rejected: Rejected demonstrations of each type asked object by object.
+        identified: Demonstrators of each type whose type is to be found, for each number shown.
+        samples: Solutions sampled of each type in a scene.
         catalogue: Items of the scenes.
         seed: Of all that is not a randomisation of the grid.
     """
@@ -52,6 +57,10 @@ class ReproduceSettings:
     particles: int = 32
     demonstrations: int = 40
     resamples: int = 10
+    boundary_scenes: int = 20
+    rejected: int = 20
+    identified: int = 200
+    samples: int = 20
     catalogue: str = "builtin"
     seed: int = 0
 
@@ -60,7 +69,7 @@ class ReproduceSettings:
         """The same tables and figures from less: minutes."""
         return cls(
             seeds=2, counts=(1, 3, 9), clustered_counts=(1, 9), starts=40, particles=16,
-            demonstrations=24, seed=seed,
+            demonstrations=24, boundary_scenes=3, rejected=4, identified=50, samples=10, seed=seed,
         )  # fmt: skip
 
 
@@ -195,10 +204,25 @@ def reproduce_stages(
         write_json(folder / "repairs.json", out)
 
     def causes(folder: Path, progress: Progress) -> None:
-        write_json(folder / "causes.json", causes_by_model(folder, s.seed, workers, progress))
+        from demospec.experiments.paper._pictures_solutions import draw_boundaries
+
+        found = causes_by_model(folder, s.boundary_scenes, s.rejected, s.seed, workers, progress)
+        draw_boundaries(set_of(folder), MODELS, folder, s.seed)
+        write_json(folder / "causes.json", found)
+
+    def solutions(folder: Path, progress: Progress) -> None:
+        from demospec.experiments.paper._pictures_solutions import draw_identification
+        from demospec.experiments.paper._solutions import solutions_by_model
+
+        found = solutions_by_model(
+            folder, s.identified, s.boundary_scenes, s.samples, s.seed, workers, progress
+        )
+        draw_identification(found, folder / "identification")
+        write_json(folder / "solutions.json", found)
 
     def parameters(folder: Path, progress: Progress) -> None:
-        from demospec.experiments.paper._participants import participants_study, transition_study
+        from demospec.experiments.paper._participants import participants_study
+        from demospec.experiments.paper._transition import transition_study
         from demospec.report import draw_transition
 
         document = participants_study(s.demonstrations, s.seed, progress)
@@ -210,12 +234,15 @@ def reproduce_stages(
     def plans(folder: Path, progress: Progress) -> None:
         from demospec.experiments import plan_study
         from demospec.experiments.paper._pictures import draw_plans
+        from demospec.experiments.paper._solutions import relevant_plans
         from demospec.rules import learn_rules, rules_document
 
         data = set_of(folder)
         learned = learn_rules(data.of_split("train"), progress=progress)
         write_json(folder / "rules.json", rules_document(learned))
-        document = plan_study(learned, data.of_split("test").scenes, truth_of(folder), progress)
+        scenes = data.of_split("test").scenes
+        document = plan_study(learned, scenes, truth_of(folder), progress)
+        document["relevance"] = relevant_plans(folder, learned, scenes, progress)
         draw_plans(data, learned, document, folder / "plans.png")
         write_json(folder / "plans.json", document)
 
@@ -240,11 +267,13 @@ def reproduce_stages(
     grid = {k: every[k] for k in ("seeds", "counts", "clustered_counts", "models", "catalogue")}
     fits = ("model-paper", "model-field")
     mine = {"starts": s.starts, "particles": s.particles}
+    cause = {"scenes": s.boundary_scenes, "rejected": s.rejected}
+    solve = {"scenes": s.boundary_scenes, "identified": s.identified, "samples": s.samples}
     rule = {"demonstrations": s.demonstrations, "resamples": s.resamples, "seed": s.seed}
     code = code_key("demospec.report", "demospec.experiments.paper")
     made = (
-        "latent.json", "repairs.json", "causes.json", "parameters.json", "plans.json",
-        "robot.json", *(f"accuracy-{r}.json" for r in READINGS),
+        "latent.json", "repairs.json", "causes.json", "solutions.json", "parameters.json",
+        "plans.json", "robot.json", *(f"accuracy-{r}.json" for r in READINGS),
     )  # fmt: skip
     drawn = {"c": s.catalogue, "seed": s.seed}
     # Weights are about seconds, so that the bar of the whole run tells its time left.
@@ -255,9 +284,12 @@ def reproduce_stages(
         Stage("latent.json", "validity maps", latent, {"beside": "truth"}, ("set", *fits), 3),
         Stage("repairs.json", "repair", repairs, mine, ("set", *fits),
               s.starts * s.particles / 32 / workers),
-        Stage("causes.json", "causes", causes, {}, ("set", *fits), 25 / workers),
-        Stage("parameters.json", "rule parameters", parameters, rule, (), 3),
-        Stage("plans.json", "plans", plans, {}, ("set",), 2),
+        Stage("causes.json", "causes", causes, cause, ("set", *fits),
+              (25 + 4 * s.boundary_scenes + s.rejected) / workers),
+        Stage("solutions.json", "solutions", solutions, solve, ("set", *fits),
+              (10 + 2 * s.boundary_scenes) / workers),
+        Stage("parameters.json", "rule parameters", parameters, rule, (), 10),
+        Stage("plans.json", "plans", plans, {"relevance": 1}, ("set", "causes.json"), 6),
         Stage("robot.json", "robot", robot, {"robot": _has_robot()}, ("set", "plans.json"), 3),
         *(Stage(f"accuracy-{r}.json", f"accuracy, {r}", accuracy(r), grid, (),
                 _grid_seconds(s, r) / workers) for r in READINGS),

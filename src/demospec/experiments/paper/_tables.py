@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
+from demospec.experiments.paper._beside import beside_rows
 from demospec.files import read_json, writing_file
 
 Row = Sequence[Any]
@@ -49,6 +50,11 @@ def _tables(folder: Path) -> Iterable[tuple[str, tuple[str, ...], Iterable[Row]]
             header,
             ([r[h.removeprefix("=")] for h in header] for r in rows),
         )
+    yield (
+        "beside-the-paper",
+        ("quantity", "paper", "=here", "=verdict"),
+        ([r.what, r.printed, r.ours, r.verdict] for r in beside_rows(folder)),
+    )
     repairs = read_json(folder / "repairs.json")
     yield (
         "repairs",
@@ -89,6 +95,55 @@ def _tables(folder: Path) -> Iterable[tuple[str, tuple[str, ...], Iterable[Row]]
             for e in found["types"]
         ),
     )  # fmt: skip
+    yield (
+        "boundaries",
+        ("model", "type", "symbol", "to_type", "scenes", "=lost", "=gained", "=distance_px"),
+        (
+            [m, b["type"], b.get("symbol"), b.get("to"), b["n_scenes"], b["lost"], b["gained"],
+             b["distance"]]
+            for m, found in causes.items()
+            for b in found["boundaries"]
+        ),
+    )  # fmt: skip
+    yield (
+        "causation",
+        ("model", "type", "symbol", "probability", "=low", "=high"),
+        (
+            [m, c["type"], c["symbol"], name, *(c[name] or (None, None))]
+            for m, found in causes.items()
+            for c in found["causation"]
+            for name in ("necessity", "sufficiency", "both")
+        ),
+    )
+    solutions = read_json(folder / "solutions.json")
+    yield (
+        "identification",
+        ("model", "way", "k", "=found"),
+        (
+            [m, way, k, v]
+            for m, found in solutions.items()
+            for way in ("accepted", "labelled", "printed")
+            for k, v in zip(found["identification"]["k"], found["identification"][way], strict=True)
+        ),
+    )
+    yield (
+        "solutions",
+        ("model", "type", "=n", "=valid_by_truth", "=diversity_px", "=regions"),
+        (
+            [m, t, v["n"], v["valid_by_truth"], v["diversity"], v["regions"]]
+            for m, found in solutions.items()
+            for t, v in found["samples"].items()
+        ),
+    )
+    yield (
+        "overlap",
+        ("model", "one", "other", "scenes", "=overlap", "=low", "=high"),
+        (
+            [m, *p["types"], p["n_scenes"], p["overlap"], *(p["interval"] or (None, None))]
+            for m, found in solutions.items()
+            for p in found["overlap"]
+        ),
+    )
     people = read_json(folder / "parameters.json")["participants"]
     yield (
         "parameters",
