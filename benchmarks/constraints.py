@@ -74,10 +74,12 @@ def table(rng: np.random.Generator, scenes: int) -> DemonstrationSet:
             for o, top in zip(scene.objects or (), rng.uniform(4, 14, 99), strict=False)
         ]
         one, other = rng.permutation(len(objects))[:2]
+        (left, low), (right, high) = -rng.uniform(0, 20, 2), 100 + rng.uniform(0, 20, 2)
         out.append(replace(
             scene, objects=tuple(objects),
             relations=(Relation("interact", (objects[one].id, objects[other].id)),),
-            extra=(("regions", {"table": [[0, 0], [100, 0], [100, 100], [0, 100]]}),),
+            extra=(("regions", {"table": [
+                [left, low], [right, low], [right, high], [left, high]]}),),
         ))  # fmt: skip
     return replace(data, scenes=tuple(out))
 
@@ -108,7 +110,7 @@ def person(
     for c, column in zip(drawn, columns.T, strict=True):
         # Among different values: many paths cross a line, or never come near, alike; a
         # threshold at that value asks for nothing, or for a distance.
-        finite = np.unique(column[np.isfinite(column)])
+        finite = np.unique(np.round(column[np.isfinite(column)], 6))
         at = float(np.quantile(finite, rng.uniform(*share)))
         truth.append(replace(c, value=c.sign * at))
     return labelled(data, truth), labelled(unseen, truth), truth
@@ -161,7 +163,9 @@ def one(asked: Sequence[Constraint], seed: int, scenes: int) -> dict[str, Any]:
              if (valid == label).any()]  # fmt: skip
     return {
         "right": right, "held": held, "balanced": float(np.mean(rates)), "seconds": seconds,
-        "named": [c.name for c in own.constraints], "distance": dict(value),
+        "named": [c.name for c in own.constraints],
+        "learned": [[c.value, c.interval, c.when and c.when.within] for c in own.constraints],
+        "distance": dict(value),
         "gain": own.evidence.get("constraints", {}).get("gain_nats"),
     }  # fmt: skip
 

@@ -79,5 +79,6 @@ def query(
         f"the path, {len(some)} of its {len(points)} points (--json or --out has all, --picture "
         "draws it)"
     )  # fmt: skip
-    columns = [f"column {i}" for i in range(3, 1 + len(points[0]))]
+    named = (answer.columns or ())[2:]
+    columns = [*named, *(f"column {i}" for i in range(3 + len(named), 1 + len(points[0])))]
     print_table(title, ["x", "y", *columns], [list(map(float, p)) for p in some])

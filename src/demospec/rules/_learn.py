@@ -12,7 +12,7 @@ from demospec.demonstrations import DemonstrationSet, in_one_unit
 from demospec.frames import describe_length
 from demospec.progress import Progress, silent
 from demospec.rules._evidence import Evidence
-from demospec.rules._fit import FitMemory, Posterior, fit
+from demospec.rules._fit import FitMemory, Posterior
 from demospec.rules._fit_to_labels import conjunction_wrong, goodness_of
 from demospec.rules._goodness import Fit, with_doubt
 from demospec.rules._measurement import Measure, Passing, evidence_of
@@ -23,7 +23,8 @@ from demospec.rules.clearance._encounters import passes
 from demospec.rules.clearance._fit import ClearanceFit, drawn, fit_document
 from demospec.rules.clearance._measure import Distance, nearest_approach
 from demospec.rules.clearance._posterior import Sharing
-from demospec.rules.constraints._learned import Learned, learn_constraints
+from demospec.rules.constraints._beside import fit_with_constraints
+from demospec.rules.constraints._learned import Learned
 from demospec.rules.influence._of_set import influence_answer
 from demospec.rules.influence._sentences import influence_words
 
@@ -71,14 +72,7 @@ def learn_rules(
         data, split=split, distance=distance, measure=measure, passing=passing, workers=workers,
         cluster=cluster, progress=progress,
     )  # fmt: skip
-    found = fit(seen, sharing=sharing, memory=memory)
-    asked = _constraints(data, found)
-    if any(one.constraints for one in asked.values()):
-        # Where a constraint is broken, the label says nothing of distances.
-        keep = np.ones(len(seen), dtype=bool)
-        for name, one in asked.items():
-            keep[np.flatnonzero(seen.person == name)] = one.kept
-        found = fit(seen.view(keep), sharing=sharing, memory=memory)
+    found, asked = fit_with_constraints(data, seen, sharing=sharing, memory=memory)
     notes = list(seen.notes)
     notes += [
         f"no demonstration to learn from for type {name}"
@@ -91,24 +85,6 @@ def learn_rules(
         rules[name] = _type_rules(data, seen, found, name, settings or {}, influence, asked)
         progress("rules", i + 1, len(order))
     return RuleSet(rules, data.units, data.metres_per_unit, tuple(notes))
-
-
-def _constraints(data: DemonstrationSet, found: Posterior) -> dict[str, Learned]:
-    """What each person asks for besides distances: sought where distances leave labels over."""
-    out = {}
-    for name, alone in found.people.items():
-        own = found.evidence.of_person(name)
-        # Several clearances that differ may stand for one constraint that is none of them.
-        plain = len({round(v / own.unit, 6) for v in alone.rule.value.values()}) <= 1
-        if (plain and not alone.contradicted) or own.seen.any() or len(set(own.valid)) < 2:
-            continue
-        one = learn_constraints(
-            data, own.rows, own.names, own.values, own.valid, len(alone.contradicted)
-        )
-        if one.constraints and not one.kept.any():
-            continue
-        out[name] = one
-    return out
 
 
 def _type_rules(

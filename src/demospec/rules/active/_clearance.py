@@ -76,7 +76,7 @@ def best_clearance_path(
     for round_ in range(2):
         for name, scene, (start, goal) in chosen if round_ == 0 else chosen[:1]:
             if round_ == 0:
-                control = _controls(rng, scene, start, goal, each, unit)
+                control = control_points(rng, scene, start, goal, each, unit)
             else:
                 assert best is not None
                 name, scene, (start, goal) = next(i for i in chosen if i[0] == best[1])
@@ -120,7 +120,7 @@ def _left(particles: Particles, share: FloatArray, unit: float) -> float:
     return distinguishable(particles.weighed(weight - total), unit)
 
 
-def _controls(
+def control_points(
     rng: np.random.Generator,
     scene: Scene,
     start: FloatArray,

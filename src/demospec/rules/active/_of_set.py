@@ -8,13 +8,15 @@ import numpy as np
 
 from demospec.demonstrations import DemonstrationSet, in_one_unit
 from demospec.errors import InputError
-from demospec.rules._fit import FitMemory, fit
+from demospec.rules._fit import FitMemory
 from demospec.rules._measurement import Measure, Passing, evidence_of
 from demospec.rules._rule_set import ANYONE
 from demospec.rules.active._clearance import best_clearance_path
+from demospec.rules.active._constraint_question import best_constraint_question
 from demospec.rules.active._result import Query
 from demospec.rules.clearance._encounters import passes
 from demospec.rules.clearance._measure import nearest_approach
+from demospec.rules.constraints._beside import constraints_of, fit_with_constraints
 
 
 def query_set(
@@ -28,7 +30,10 @@ def query_set(
     passing: Passing = passes,
     memory: FitMemory | None = None,
 ) -> Query:
-    """The scene and path whose label would tell most about the clearances of one user type.
+    """The scene and path whose label would tell most about the rule of one user type.
+
+    Thresholds of constraints are asked about as clearances are; where no clearance is in doubt,
+    also whether there is a constraint at all.
 
     Args:
         data: As for `learn_rules`.
@@ -49,17 +54,31 @@ def query_set(
         for s in data.scenes
         if s.objects is not None
     ]
-    posterior = fit(seen, memory=memory)
-    found = [
-        best_clearance_path(
-            posterior.people[name], scenes, "footprint", seen.unit,
+    posterior, asked = fit_with_constraints(data, seen, memory=memory)
+    found = []
+    for name in present if type is None else [type]:
+        alone = posterior.people[name]
+        own = best_clearance_path(
+            alone, scenes, "footprint", seen.unit,
             pool=pool, seed=seed, type=name, mode=posterior.mode, measure=measure,
-        )
-        for name in (present if type is None else [type])
-    ]  # fmt: skip
+        )  # fmt: skip
+        found.append(own)
+        every = seen.of_person(name)
+        beside = asked.get(name)
+        if beside is None and own.status != "ask" and memory is None:
+            beside = constraints_of(data, every, len(alone.contradicted))
+        if beside is None:
+            continue
+        question = best_constraint_question(
+            data, every.rows, every.valid, scenes, beside, alone.rule,
+            pool=pool, seed=seed, type=name,
+        )  # fmt: skip
+        if question is not None:
+            found.append(question)
     best = max(found, key=lambda q: (q.status == "ask", q.bits))
     if best.points is None or whole.units == data.units:
         return best
     scale = whole.scale_of(whole.scene(str(best.scene)))
     assert scale is not None  # or they were not brought into one unit
-    return replace(best, points=best.points / scale)
+    lengths = [column in ("x", "y", "z") for column in best.columns or ("x", "y")]
+    return replace(best, points=best.points / np.where(lengths, scale, 1.0))

@@ -8,6 +8,7 @@ from typing import Any
 from demospec.frames import FloatArray
 from demospec.rules._documents import clearance_document
 from demospec.rules._rule_set import ClearanceRule
+from demospec.rules.constraints._constraint import Constraint
 
 
 @dataclass(frozen=True)
@@ -29,6 +30,9 @@ class Query:
         warning: What of the problem file was not read; not part of the document.
         rule: What the labels so far say of clearances, for that family.
         mode: How that was found, see `demospec.rules.Mode`.
+        constraint: What the question is about, where that is none of the clearances.
+        t, columns: Seconds (n,) and names of the columns of `points`, for such a question: the
+            path is to be shown so.
     """
 
     status: str
@@ -45,6 +49,9 @@ class Query:
     warning: str | None = None
     rule: ClearanceRule | None = None
     mode: str | None = None
+    constraint: Constraint | None = None
+    t: FloatArray | None = None
+    columns: tuple[str, ...] | None = None
 
     def to_json(self) -> dict[str, Any]:
         """The JSON document of ``demospec query``."""
@@ -65,6 +72,10 @@ class Query:
         if self.rule is not None:
             document["mode"] = self.mode
             document["clearance"] = clearance_document(self.rule)
+        if self.constraint is not None:
+            document["constraint"] = self.constraint.to_json()
+            document["columns"] = list(self.columns or ("x", "y"))
+            document["t"] = None if self.t is None else self.t.tolist()
         return document
 
 

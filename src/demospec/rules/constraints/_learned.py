@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from demospec.rules.constraints._columns import CLASSES, RADII, candidates, meas
 from demospec.rules.constraints._constraint import Constraint, When
 from demospec.rules.constraints._near_things import gaps, prepare
 from demospec.rules.constraints._registry import constraint_feature
-from demospec.rules.constraints._search import Found, posterior, search, settled, thresholds
+from demospec.rules.constraints._search import Cut, Found, posterior, search, settled, thresholds
 from demospec.rules.constraints._words import constraint_words
 from demospec.scene import Scene
 
@@ -24,8 +25,24 @@ MOST = 400
 
 _TAIL = 0.01  # of the posterior, on each side of an interval
 _FINE = 8  # radii that the best one is refined to
+_AMID = 7  # radii between two of those, interpolated for the interval of the value
 
 Bools = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Rival:
+    """A rule with constraints that the labels do not decide for or against.
+
+    Args:
+        constraints: Its constraints.
+        clearance: Class → clearance beside them, set units.
+        probability: Against the best rule of distances alone.
+    """
+
+    constraints: tuple[Constraint, ...]
+    clearance: dict[str, float]
+    probability: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +55,7 @@ class Learned:
         columns: (n, k) all candidates, more is safer, of the demonstrations `searched`.
         searched: Rows that candidates were searched with.
         document: How it was found, for the answer.
+        rival: Where none earns its place: the rule with constraints that nearly does.
     """
 
     constraints: tuple[Constraint, ...]
@@ -45,6 +63,7 @@ class Learned:
     columns: FloatArray
     searched: NDArray[np.int64]
     document: dict[str, Any]
+    rival: Rival | None = None
 
     @property
     def kept(self) -> Bools:
@@ -102,15 +121,26 @@ def learn_constraints(
         near[some], columns, valid[some], group, data.length_scale, wrong, about, lengths,
         _crowds([motions[i] for i in some], [scenes[i] for i in some]),
     )  # fmt: skip
-    document = {
+    document: dict[str, Any] = {
         "candidates": int((~np.isnan(columns).any(axis=0)).sum()),
         "search": "exact" if found.exact else "beam",
         "gain_nats": round(found.gain, 2) if np.isfinite(found.gain) else None,
         "searched": len(some),
     }
     if not found.extras:
-        return Learned((), np.empty((len(rows), 0)), columns, some, document)
-    learned, margins = _valued(data, paths, near, valid, asked, found)
+        rival = None
+        if found.rival:
+            maybe, _, beside = _valued(data, paths, near, valid, asked, found, found.rival)
+            clearance = {symbols[k]: value for k, value in beside.items()}
+            odds = 1.0 / (1.0 + float(np.exp(-found.gain)))
+            rival = Rival(tuple(maybe), clearance, round(odds, 4))
+            document["rival"] = {
+                "constraints": [c.to_json() for c in maybe],
+                "clearance": clearance,
+                "probability": rival.probability,
+            }
+        return Learned((), np.empty((len(rows), 0)), columns, some, document, rival)
+    learned, margins, _ = _valued(data, paths, near, valid, asked, found, found.model)
     return Learned(tuple(learned), np.stack(margins, axis=1), columns, some, document)
 
 
@@ -130,10 +160,12 @@ def _valued(
     valid: Bools,
     asked: Sequence[Constraint],
     found: Found,
-) -> tuple[list[Constraint], list[FloatArray]]:
-    """The chosen constraints with values, from all demonstrations."""
+    cuts: Sequence[Cut],
+) -> tuple[list[Constraint], list[FloatArray], dict[int, float]]:
+    """The constraints of a rule with values, from all demonstrations; margins under them; the
+    clearances beside them, by class."""
     model = []
-    for cut in found.model:
+    for cut in cuts:
         whole = (
             near[:, list(cut.distance)].min(axis=1)
             if cut.extra < 0
@@ -165,7 +197,8 @@ def _valued(
         words = constraint_words(chosen, data.units, data.metres_per_unit)
         out.append(replace(chosen, sentence=words))
         margins.append(value - chosen.sign * chosen.value)
-    return out, margins
+    beside = {k: at[i] for i, cut in enumerate(model) for k in cut.distance}
+    return out, margins, beside
 
 
 def _refined(
@@ -181,7 +214,8 @@ def _refined(
     Of each radius that is possible, the best first: lower and upper ends of the gaps that the
     threshold may lie in, and their posterior.
     """
-    tried = [(bare, value)]
+    tried: list[tuple[Constraint, FloatArray]] = [(bare, value)]
+    amid: list[FloatArray] = []
     if bare.when is not None:
         shares = sorted({*RADII, bare.when.within / data.length_scale})
         k = int(np.argmin([abs(s * data.length_scale - bare.when.within) for s in shares]))
@@ -194,25 +228,41 @@ def _refined(
             column = paths.column(one)
             if len(thresholds(column)[0]):
                 tried.append((one, column))
+        amid = _amid(tried)
     parts = []
-    for one, column in tried:
+    for one, column in [*tried, *((bare, column) for column in amid)]:
         ends, mass = posterior(column, valid, rest)
         finite = np.unique(column[np.isfinite(column)])
         before = finite[np.searchsorted(finite, ends) - 1]
         parts.append((float(mass.sum()), one, column, before, ends, mass))
-    order = sorted(range(len(parts)), key=lambda i: -parts[i][0])
+    order = sorted(range(len(tried)), key=lambda i: -parts[i][0])
     best = parts[order[0]]
     # Radii that explain the labels as well are as good; the middle one of those is named.
     equal = [i for i in order if parts[i][0] > 0.9 * best[0]]
     if bare.when is not None:
         by_radius = sorted(equal, key=lambda i: parts[i][1].when.within)  # type: ignore[union-attr]
         first = by_radius[len(by_radius) // 2]
-        order = [first, *(i for i in order if i != first)]
+        order = [first, *(i for i in order if i != first), *range(len(tried), len(parts))]
     chosen = parts[order[0]]
     return (
         chosen[1], chosen[2], [parts[i][3] for i in order], [parts[i][4] for i in order],
         [parts[i][5] for i in order],
     )  # fmt: skip
+
+
+def _amid(tried: Sequence[tuple[Constraint, FloatArray]]) -> list[FloatArray]:
+    """Columns at radii between those that were measured, by interpolation.
+
+    What a threshold is depends on the radius, and the true radius is none of those measured: its
+    interval goes over all of them. Columns that are not finite do not vary steadily.
+    """
+    by_radius = sorted(tried, key=lambda one: one[0].when.within if one[0].when else 0.0)
+    columns = [column for _, column in by_radius]
+    if not all(np.isfinite(column).all() for column in columns):
+        return []
+    shares = np.arange(1, _AMID + 1) / (_AMID + 1)
+    pairs = pairwise(columns)
+    return [near + share * (far - near) for near, far in pairs for share in shares]
 
 
 def _mixed(

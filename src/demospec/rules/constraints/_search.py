@@ -20,8 +20,11 @@ from scipy.special import betaln, logsumexp
 
 from demospec.frames import FloatArray
 
-MARGIN = 2.0
+MARGIN = 1.0
 """Nats by which the best rule with constraints must beat all rules of distances alone."""
+
+RIVAL = 3.0
+"""Nats by which it may fall behind and is still worth a question."""
 
 BEAM = 12
 """Sets of columns that are carried from one size to the next."""
@@ -77,12 +80,15 @@ class Found:
         gain: Nats by which the best rule with constraints beats those without.
         exact: Whether all sets of up to three columns were weighed, not only a beam of them.
         model: All columns of that rule.
+        rival: Columns of the best rule with constraints where distances do nearly as well or a
+            little better; empty where it is out of the question or named.
     """
 
     extras: tuple[int, ...]
     gain: float
     exact: bool
     model: tuple[Cut, ...] = ()
+    rival: tuple[Cut, ...] = ()
 
 
 def search(
@@ -174,7 +180,8 @@ def search(
     gain = float(known[top] - base)
     named = tuple(pool[i].extra for i in top if pool[i].extra >= 0)
     if gain < MARGIN:
-        return Found((), gain, exact)
+        rival = tuple(pool[i] for i in top) if gain > -RIVAL else ()
+        return Found((), gain, exact, (), rival)
     return Found(named, gain, exact, tuple(pool[i] for i in top))
 
 
