@@ -15,6 +15,9 @@ from demospec.rules import RuleSet
 from demospec.scene import Scene
 from demospec.specification import RepairSettings, evaluate, repair
 
+EXAMPLES = 6
+"""Repairs of a type that are kept step by step, each in a scene of its own."""
+
 
 def accuracy_study(
     models: Mapping[str, ValidityModel],
@@ -85,7 +88,7 @@ def repair_study(
             good += done.tolist()
             believed += (answer.p_valid > 0.5).tolist()
             moved += answer.moved.tolist()
-            if len(examples) < 4:
+            if len(examples) < EXAMPLES:
                 trace = bezier_points(scene.start[:2], scene.goal[:2], answer.trace[0], 60)
                 examples.append(
                     {

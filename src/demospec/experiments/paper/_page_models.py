@@ -272,11 +272,16 @@ def repair(folder: Path) -> list[Block]:
         printed = percent(paper.REPAIR.get(type_), 0)
         note += f"“{type_}” rejects nothing: nothing to repair (the paper prints {printed})."
     return [
-        *figure(
-            folder,
-            "repairs.png",
-            "Repair in unseen scenes, one particle: dotted the rejected path, then each step from "
-            "dark to light, thick the last (blue where the true rule accepts it, else orange)",
+        *(
+            block
+            for model in results
+            for block in figure(
+                folder,
+                f"repairs-{model}.png",
+                f"Repair by {WHOSE.get(model, model)} in three unseen scenes, one particle: dotted "
+                "the rejected path, then each step from dark to light, thick the last (blue where "
+                "the true rule accepts it, else orange)",
+            )
         ),
         Table(header, tuple(rows), "Rejected paths after at most 30 gradient steps", note),
         Lines(tuple(repair_reading(results))),

@@ -158,28 +158,72 @@ def draw_latent(parts: Mapping[str, Any], maps: Mapping[str, Any], stem: Path) -
     save(figure, stem.with_suffix(".png"))
 
 
-def draw_repairs(data: DemonstrationSet, results: Mapping[str, Any], stem: Path) -> None:
-    """Single-particle repairs in unseen scenes, from rejected (dark) to the last step (light)."""
+def draw_repairs(data: DemonstrationSet, study: Mapping[str, Any], path: Path) -> None:
+    """One model's repairs, three unseen scenes × every type, from dark to light.
+
+    Args:
+        study: Of one particle: type → `repair_study`.
+        path: Of the picture.
+    """
     from matplotlib import colormaps
 
-    models = list(results)
-    types = [t for t in results[models[0]]["1"] if not results[models[0]]["1"][t]["vacuous"]]
-    figure, axes = panels(len(types), len(models), 3.0, 3.0)
+    types = list(study)
+    scenes = _common_scenes(study)
+    figure, axes = panels(max(len(scenes), 1), len(types), 2.8, 2.9)
     blues = colormaps["Blues_r"]
-    for row, type_ in zip(axes, types, strict=True):
-        for ax, model in zip(row, models, strict=True):
-            example = results[model]["1"][type_]["examples"][0]
-            show_scene(ax, data.scene(example["scene"]), faded=True)
-            steps = example["steps"]
+    for row, scene in zip(axes, scenes, strict=False):
+        for ax, type_ in zip(row, types, strict=True):
+            show_scene(ax, data.scene(scene), faded=True)
+            found = [e for e in study[type_]["examples"] if e["scene"] == scene]
+            if not found:
+                why = "rejects nothing" if study[type_]["vacuous"] else "nothing to repair here"
+                ax.set_title(f"{type_}: {why}", fontsize=9)
+                continue
+            steps = found[0]["steps"]
             for k, curve in list(enumerate(steps))[1:-1]:  # the ends are drawn below
                 colour = blues(0.05 + 0.6 * k / max(len(steps) - 1, 1))
                 ax.plot(*np.array(curve).T, color=colour, lw=1.4)
             ax.plot(*np.array(steps[0]).T, color="black", lw=1.4, ls=":")
-            last = VALID if example["rule_valid"] else INVALID
-            ax.plot(*np.array(steps[-1]).T, color=last, lw=2.4)
-            verdict = "accepts" if example["rule_valid"] else "rejects"
-            ax.set_title(f"{model}, {type_}: true rule {verdict}", fontsize=9)
-    save(figure, stem.with_suffix(".png"))
+            good = found[0]["rule_valid"]
+            ax.plot(*np.array(steps[-1]).T, color=VALID if good else INVALID, lw=2.4)
+            verdict = "accepts" if good else "rejects"
+            ax.set_title(f"{type_}: true rule {verdict}", fontsize=9)
+    save(figure, path)
+
+
+def _common_scenes(study: Mapping[str, Any], count: int = 3) -> list[str]:
+    """Scenes of the examples: those that most types have one in come first."""
+    names = [e["scene"] for v in study.values() for e in v["examples"]]
+    return sorted(dict.fromkeys(names), key=lambda s: (-names.count(s), s))[:count]
+
+
+ITEMS_SHOWN = 6
+"""Items of a symbol in the figure of items, of each part."""
+
+
+def draw_items(symbols: Sequence[str], catalogue: str, path: Path) -> None:
+    """Training items and unseen items side by side, a row a symbol, on one table in one light."""
+    from demospec.scene import Light, Placement, TableTop, compose_scene, load_catalogue
+
+    parts = {"train": "in training scenes", "test": "unseen"}
+    figure, axes = panels(len(symbols), 2, 3.0, 2.05)
+    size, side = 240, 240 / 3
+    for column, (part, words) in enumerate(parts.items()):
+        items = load_catalogue(catalogue, part)  # type: ignore[arg-type]
+        for ax, symbol in zip(axes[:, column], symbols, strict=True):
+            places = [
+                Placement(item, ((k % 3 + 0.5) * side, (k // 3 + 0.5) * side), np.pi / 4)
+                for k, item in enumerate(items.of_symbol(symbol)[:ITEMS_SHOWN])
+            ]
+            scene = compose_scene("items", places, table=TableTop("stone", 3), light=Light(),
+                                  size_px=size)  # fmt: skip
+            ax.imshow(scene.pixels()[: size * 2 // 3])
+            ax.set(xticks=[], yticks=[])
+            if ax is axes[0, column]:
+                ax.set_title(words, fontsize=9)
+            if column == 0:
+                ax.set_ylabel(symbol, fontsize=9)
+    save(figure, path)
 
 
 def draw_plans(

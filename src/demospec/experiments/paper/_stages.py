@@ -117,13 +117,14 @@ def reproduce_stages(
 
     def simulate(folder: Path, progress: Progress) -> None:
         from demospec.demonstrations import simulate_set, write_set
-        from demospec.experiments.paper._pictures import draw_samples
+        from demospec.experiments.paper._pictures import draw_items, draw_samples
 
         data, truth = simulate_set(
             catalogue=s.catalogue, demonstrations=9, seed=s.seed, progress=progress
         )
         write_set(data, folder / "set", replace_existing=True, documents={"truth.json": truth})
         draw_samples(data, folder / "samples.png")
+        draw_items(data.symbols, s.catalogue, folder / "items.png")
 
     def fit(name: str) -> Callable[[Path, Progress], None]:
         def work(folder: Path, progress: Progress) -> None:
@@ -200,7 +201,8 @@ def reproduce_stages(
 
         particles = (1, s.particles)
         out = repairs_by_model(folder, s.starts, particles, s.seed, workers, progress)
-        draw_repairs(set_of(folder), out, folder / "repairs")
+        for model in MODELS:
+            draw_repairs(set_of(folder), out[model]["1"], folder / f"repairs-{model}.png")
         write_json(folder / "repairs.json", out)
 
     def causes(folder: Path, progress: Progress) -> None:
@@ -266,7 +268,7 @@ def reproduce_stages(
     every = asdict(s)
     grid = {k: every[k] for k in ("seeds", "counts", "clustered_counts", "models", "catalogue")}
     fits = ("model-paper", "model-field")
-    mine = {"starts": s.starts, "particles": s.particles}
+    mine = {"figure": "3 scenes", "starts": s.starts, "particles": s.particles}
     cause = {"scenes": s.boundary_scenes, "rejected": s.rejected}
     solve = {"scenes": s.boundary_scenes, "identified": s.identified, "samples": s.samples}
     rule = {"demonstrations": s.demonstrations, "resamples": s.resamples, "seed": s.seed}
@@ -275,7 +277,7 @@ def reproduce_stages(
         "latent.json", "repairs.json", "causes.json", "solutions.json", "parameters.json",
         "plans.json", "robot.json", *(f"accuracy-{r}.json" for r in READINGS),
     )  # fmt: skip
-    drawn = {"c": s.catalogue, "seed": s.seed}
+    drawn = {"c": s.catalogue, "seed": s.seed, "figure": "items"}
     # Weights are about seconds, so that the bar of the whole run tells its time left.
     return (
         Stage("set", "simulate demonstrations", simulate, drawn, (), 5),
