@@ -14,6 +14,7 @@ from demospec.geometry._segment_distance import (
 )
 from demospec.geometry._shape_stack import ShapeStack
 from demospec.geometry._shapes import Capsule, Disc, Footprint, Polygon, rectangle
+from demospec.geometry._side_by_side import fits_side_by_side, nearest_side_by_side
 
 __all__ = [
     "Bounds",
@@ -26,9 +27,11 @@ __all__ = [
     "ShapeStack",
     "bounds_of",
     "extent",
+    "fits_side_by_side",
     "nearest",
     "nearest_on_paths",
     "nearest_on_segments",
+    "nearest_side_by_side",
     "path_bounds",
     "path_distance",
     "radius_about",

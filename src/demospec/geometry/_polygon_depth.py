@@ -58,7 +58,8 @@ def _nearest(
     ends: FloatArray,
     below: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
-    size = max(extent(shape.bounds), float(length.max(initial=0.0)))
+    # Of each segment by itself: what else is measured with it must not change a bit of it.
+    size = np.maximum(extent(shape.bounds), length)
     touching = _SAME * size
     edges = _Edges.near(shape, a, b, length + 1e-6 * size)
     row = np.arange(len(a))
@@ -71,12 +72,12 @@ def _nearest(
     along = np.where(choice == 2, corner[row, nearest], np.where(choice == 1, 1.0, 0.0))
     # What stays off the rim is wholly inside or wholly outside.
     maybe = np.flatnonzero(gap <= length / 2 + touching)
-    touch = (gap[maybe] <= touching) | edges.of(maybe).crossed()
+    touch = (gap[maybe] <= touching[maybe]) | edges.of(maybe).crossed()
     enters = maybe[touch]
     if len(enters):
         best = np.maximum(0.0, -np.minimum(below, ends.min(axis=1))[enters])
         mine = edges.of(enters)
-        depth, at = _deepest(shape, a, b, mine, corner, gaps, enters, best.copy(), touching)
+        depth, at = _deepest(shape, a, b, mine, corner, gaps, enters, best.copy(), touching[enters])
         deeper = depth > best
         gap[enters] = np.where(deeper, -depth, np.minimum(ends[enters].min(axis=1), gap[enters]))
         along[enters] = np.where(deeper, at, along[enters])
@@ -92,7 +93,7 @@ def _deepest(
     gaps: FloatArray,
     enters: np.ndarray,
     best: FloatArray,
-    touching: float,
+    touching: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
     """Largest depth of each segment that touches or enters the polygon, and where.
 
@@ -100,13 +101,13 @@ def _deepest(
         edges: Of the segments `enters`.
         corner, gaps: (m, q) where each segment passes each corner, and how near.
         best: Depths that are known already; changed in place.
-        touching: Distance below which a place counts as on the rim.
+        touching: Of each, the distance below which a place counts as on the rim.
     """
     n = len(enters)
     cuts = np.concatenate(
         [
             np.zeros((n, 1)),
-            np.where(gaps[enters] <= 8 * touching, corner[enters], 1.0),
+            np.where(gaps[enters] <= 8 * touching[:, None], corner[enters], 1.0),
             edges.crossings(),
             np.ones((n, 1)),
         ],
@@ -127,13 +128,13 @@ def _deepest(
             _record(best, where, owner, start.min(axis=1), low)
             _record(best, where, owner, end.min(axis=1), high)
         bound, left, right = _summit(start, end)
-        keep = np.flatnonzero(bound > best[owner] + touching)
+        keep = np.flatnonzero(bound > best[owner] + touching[owner])
         keep = keep[left[keep] != right[keep]]
         if not len(keep):
             break
         owner, low, high = owner[keep], low[keep], high[keep]
         start, end, left, right = start[keep], end[keep], left[keep], right[keep]
-        at = edges.meeting(owner, (left, right), low, high, touching / 8)
+        at = edges.meeting(owner, (left, right), low, high, touching[owner] / 8)
         between = edges.distance(owner, at)
         _record(best, where, owner, between.min(axis=1), at)
         owner = np.concatenate([owner, owner])
@@ -248,7 +249,7 @@ class _Edges:
         pair: tuple[np.ndarray, np.ndarray],
         low: FloatArray,
         high: FloatArray,
-        enough: float,
+        enough: FloatArray,
     ) -> FloatArray:
         """(n,) where between `low` and `high` two edges of each segment are equally near.
 
@@ -274,7 +275,8 @@ class _Edges:
         for _ in range(12 if turns.any() else 0):
             at = np.where(turns, a + (b - a) * (fa / np.where(turns, fa - fb, 1.0)), at)
             f = ahead(at)
-            if (np.abs(f[turns]) <= enough).all():
+            turns &= np.abs(f) > enough  # settled: stays where it is
+            if not turns.any():
                 break
             side = np.where(f < 0, -1, 1)
             # The value at an end that stays twice counts half, or the end would stay for ever.

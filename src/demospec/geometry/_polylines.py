@@ -10,6 +10,7 @@ from __future__ import annotations
 import itertools
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 
@@ -75,6 +76,43 @@ class Polylines:
         return np.asarray(here + share[..., None] * (self.points[after] - here))
 
 
+class Measured(Protocol):
+    """What paths are measured to: one footprint for all of them, or one for each."""
+
+    def gaps(self, points: FloatArray, owner: np.ndarray) -> FloatArray:
+        """Signed distance (m, …) of points (m, …, 2) of the paths `owner` (m,)."""
+
+    def segments(
+        self, owner: np.ndarray, a: FloatArray, b: FloatArray, ends: FloatArray, below: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """As `nearest_on_segments`, segment i of the path ``owner[i]``."""
+
+    def core(self, owner: np.ndarray) -> FloatArray | float:
+        """The footprint is everything within this of some set."""
+
+    def size(self, owner: np.ndarray) -> FloatArray | float:
+        """The longer side of the box around the footprint."""
+
+
+@dataclass(frozen=True)
+class _OneForAll:
+    shape: Footprint
+
+    def gaps(self, points: FloatArray, owner: np.ndarray) -> FloatArray:
+        return self.shape.signed_distance(points)
+
+    def segments(
+        self, owner: np.ndarray, a: FloatArray, b: FloatArray, ends: FloatArray, below: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        return nearest_on_segments(self.shape, a, b, ends=ends, below=below)
+
+    def core(self, owner: np.ndarray) -> float:
+        return float(getattr(self.shape, "radius", 0.0))
+
+    def size(self, owner: np.ndarray) -> float:
+        return extent(self.shape.bounds)
+
+
 def nearest_on_paths(
     paths: Polylines, shape: Footprint
 ) -> tuple[FloatArray, np.ndarray, FloatArray]:
@@ -88,6 +126,11 @@ def nearest_on_paths(
         Signed distance (n,); row in ``paths.points`` of the first point of the segment that
         attains it (n,); how far along that segment, in [0, 1] (n,).
     """
+    return nearest_to(paths, _OneForAll(shape))
+
+
+def nearest_to(paths: Polylines, to: Measured) -> tuple[FloatArray, np.ndarray, FloatArray]:
+    """`nearest_on_paths` to whatever measures."""
     n, offsets = len(paths), paths.offsets
     counts = np.diff(offsets)
     stride = np.maximum(1, -(-(counts - 1) // _COARSE))
@@ -96,7 +139,7 @@ def nearest_on_paths(
     owner = np.repeat(np.arange(n), number)
     at = offsets[owner] + stride[owner] * (np.arange(begin[-1]) - begin[owner])
     at = np.minimum(at, offsets[owner + 1] - 1)
-    gap = shape.signed_distance(paths.points[at])
+    gap = to.gaps(paths.points[at], owner)
     best = np.minimum.reduceat(gap, begin[:-1])
     hit = np.flatnonzero(gap == best[owner])
     where = np.zeros(n, dtype=np.int64)
@@ -109,9 +152,8 @@ def nearest_on_paths(
     stretch = _Stretches(owner[left], at[left], at[left + 1], gap[left], gap[left + 1])
     single: list[_Stretches] = []
     bounds: list[FloatArray] = []
-    core = getattr(shape, "radius", 0.0)
     while True:
-        lowest = stretch.lowest(paths, core)
+        lowest = stretch.lowest(paths, to.core(stretch.owner))
         possible = lowest < best[stretch.owner]
         short = stretch.high - stretch.low == 1
         single.append(stretch.kept(possible & short))
@@ -119,7 +161,7 @@ def nearest_on_paths(
         stretch = stretch.kept(possible & ~short)
         if not len(stretch.owner):
             break
-        stretch, value, place = stretch.split(paths.points, shape)
+        stretch, value, place = stretch.split(paths.points, to)
         order = np.lexsort((value, stretch.owner[::4]))
         lead = _first_of_each(stretch.owner[::4], order)
         _improve(best, where, share, stretch.owner[::4][lead], value[lead], place[lead], 0.0)
@@ -127,14 +169,12 @@ def nearest_on_paths(
     rest = rest.kept(np.concatenate(bounds) < best[rest.owner])
     if len(rest.owner):
         a, b = paths.points[rest.low], paths.points[rest.high]
-        value, along = nearest_on_segments(
-            shape, a, b, ends=np.stack([rest.low_gap, rest.high_gap], axis=1),
-            below=best[rest.owner],
-        )  # fmt: skip
+        ends = np.stack([rest.low_gap, rest.high_gap], axis=1)
+        value, along = to.segments(rest.owner, a, b, ends, best[rest.owner])
         # A point of the path stays its nearest where a segment is nearer by rounding only: paths
         # that share the point are equally near, to the last bit.
-        value = np.where(value < best[rest.owner] - _SAME * (extent(shape.bounds) + abs(value)),
-                         value, np.inf)  # fmt: skip
+        same = _SAME * (to.size(rest.owner) + abs(value))
+        value = np.where(value < best[rest.owner] - same, value, np.inf)
         order = np.lexsort((value, rest.owner))
         lead = _first_of_each(rest.owner, order)
         _improve(best, where, share, rest.owner[lead], value[lead], rest.low[lead], along[lead])
@@ -173,7 +213,7 @@ class _Stretches:
     low_gap: FloatArray
     high_gap: FloatArray
 
-    def lowest(self, paths: Polylines, core: float) -> FloatArray:
+    def lowest(self, paths: Polylines, core: FloatArray | float) -> FloatArray:
         """(m,) no place of the piece is nearer than this; +inf where it has no length.
 
         With signed distances d_a, d_b at the ends and a length L, nothing is nearer than
@@ -221,12 +261,10 @@ class _Stretches:
             np.concatenate([p.high_gap for p in parts]),
         )
 
-    def split(
-        self, points: FloatArray, shape: Footprint
-    ) -> tuple[_Stretches, FloatArray, np.ndarray]:
+    def split(self, points: FloatArray, to: Measured) -> tuple[_Stretches, FloatArray, np.ndarray]:
         """Four pieces of each (short ones have empty pieces), nearest inner gaps and places."""
         fifths = (np.arange(5) * (self.high - self.low)[:, None]) // 4 + self.low[:, None]
-        inner = shape.signed_distance(points[fifths[:, 1:4]])
+        inner = to.gaps(points[fifths[:, 1:4]], self.owner)
         every = np.concatenate([self.low_gap[:, None], inner, self.high_gap[:, None]], axis=1)
         nearest = inner.argmin(axis=1)
         row = np.arange(len(inner))

@@ -166,37 +166,64 @@ _PAIRS = 16_000
 a large one, and the memory stays bounded."""
 
 
+_CANCELLED = 1e-14
+"""Shares of the squared coordinates that `Edges.squares` can be wrong by, with room to spare."""
+
+
+class Rim:
+    """Straight edges as they are, for the distances of single pairs of a point and an edge.
+
+    Each pair is worked out for itself: the same point and edges give the same distance to the
+    last bit, whatever else is measured with them.
+    """
+
+    def __init__(self, first: FloatArray, second: FloatArray) -> None:
+        self.first, self.second = first, second
+        self.along = second - first
+        self.length2 = self.along[:, 0] ** 2 + self.along[:, 1] ** 2
+        self.per = 1.0 / np.where(self.length2 > 0, self.length2, 1.0)
+
+    def square(self, x: FloatArray, y: FloatArray, edge: np.ndarray) -> FloatArray:
+        """(n,) squared distance of points (n,), (n,) to one edge each."""
+        ax, ay = self.first[edge].T
+        ex, ey = self.along[edge].T
+        dx, dy = x - ax, y - ay
+        t = np.clip((dx * ex + dy * ey) * self.per[edge], 0.0, 1.0)
+        # Both edges of a corner give its distance to the last bit: equal paths stay equal.
+        bx, by = self.second[edge].T
+        gx = np.where(t == 1.0, x - bx, dx - t * ex)
+        gy = np.where(t == 1.0, y - by, dy - t * ey)
+        return np.asarray(gx * gx + gy * gy)
+
+
 class Edges:
     """Straight edges, about their middle, as matrices that act on [x, y, 1]."""
 
     def __init__(self, first: FloatArray, second: FloatArray) -> None:
+        self.rim = Rim(first, second)
         self.origin = (first.min(axis=0) + first.max(axis=0)) / 2
-        self.first = first - self.origin
-        self.second = second - self.origin
-        self.along = self.second - self.first
-        self.length2 = (self.along**2).sum(axis=1)
-        per_length2 = 1.0 / np.where(self.length2 > 0, self.length2, 1.0)
-        offset = -(self.first * self.along).sum(axis=1)
-        self.to_parameter = np.vstack([self.along.T, offset]) * per_length2
-        self.to_square = np.vstack([-2.0 * self.first.T, (self.first**2).sum(axis=1)])
+        first, along = first - self.origin, self.rim.along
+        self.length2 = self.rim.length2
+        self.to_parameter = np.vstack([along.T, -(first * along).sum(axis=1)]) * self.rim.per
+        square = (first**2).sum(axis=1)
+        self.to_square = np.vstack([-2.0 * first.T, square])
+        self.farthest2 = float(square.max())
 
     def distance(self, points: FloatArray) -> FloatArray:
         """(n, 2) → (n,): distance to the nearest edge, pixels."""
         out = np.empty(len(points))
-        step = max(1, _PAIRS // len(self.first))
+        step = max(1, _PAIRS // len(self.length2))
         for low in range(0, len(points), step):
             out[low : low + step] = self._gap(points[low : low + step])
         return out
 
     def _gap(self, p: FloatArray) -> FloatArray:
-        q, t, square = self.squares(p)
-        # That cancels digits, so it only picks the edge; the distance is measured afresh.
-        nearest = square.argmin(axis=1)
-        share = t[np.arange(len(p)), nearest, None]
-        foot = self.first[nearest] + share * self.along[nearest]
-        # Both edges of a corner give its distance to the last bit: equal paths stay equal.
-        gap = q[:, :2] - np.where(share == 1.0, self.second[nearest], foot)
-        return np.asarray(np.hypot(gap[:, 0], gap[:, 1]))
+        q, _, square = self.squares(p)
+        # That cancels digits, so it only leaves out edges; the others are measured afresh.
+        lost = _CANCELLED * (q[:, 0] * q[:, 0] + q[:, 1] * q[:, 1] + self.farthest2)
+        row, edge = np.nonzero(square <= (square.min(axis=1) + lost)[:, None])
+        begin = np.searchsorted(row, np.arange(len(p)))
+        return np.sqrt(np.minimum.reduceat(self.rim.square(p[row, 0], p[row, 1], edge), begin))
 
     def squares(self, p: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """[x, y, 1] about the middle (m, 3), and of every edge the nearest place t in [0, 1] and

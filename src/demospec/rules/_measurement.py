@@ -17,7 +17,7 @@ from demospec.progress import Progress, silent
 from demospec.rules._evidence import Bools, Column, Evidence
 from demospec.rules._rule_set import ANYONE
 from demospec.rules.clearance._encounters import Passes, passes
-from demospec.rules.clearance._measure import Distance, nearest_approach
+from demospec.rules.clearance._measure import Distance, nearest_approach, nearest_approaches
 from demospec.scene import Scene
 
 Measure = Callable[..., FloatArray]
@@ -82,10 +82,7 @@ def evidence_of(
         elif len(mine):
             unlisted.append((scene, mine))
     tasks = [(data.scene(d.scene_id[mine[0]]), d.paths_xy(mine)) for mine in rows]
-    parts = run_tasks(
-        partial(_measured, measure, symbols, distance), tasks, workers=workers,
-        cluster=cluster, progress=progress, what="distances",
-    )  # fmt: skip
+    parts = _measured_together(measure, symbols, distance, tasks, workers, cluster, progress)
     errors = [0.0] * len(parts)
     listed = len(parts)
     for scene, mine in unlisted:
@@ -202,6 +199,33 @@ def encounters_of(
         workers=workers, cluster=cluster,
     )  # fmt: skip
     return Passes.joined(list(zip(mine, found, strict=True)))
+
+
+_TOGETHER = 50
+"""Scenes of a task: enough for few calls, little enough to be shared out and to show progress."""
+
+
+def _measured_together(
+    measure: Measure,
+    symbols: Sequence[str],
+    distance: Distance,
+    tasks: Sequence[tuple[Scene, Paths]],
+    workers: int,
+    cluster: str | None,
+    progress: Progress,
+) -> list[FloatArray]:
+    """The distances of every scene; some scenes a task where nobody brought a measure."""
+    if measure is not nearest_approach:
+        return run_tasks(
+            partial(_measured, measure, symbols, distance), tasks, workers=workers,
+            cluster=cluster, progress=progress, what="distances",
+        )  # fmt: skip
+    some = [tasks[i : i + _TOGETHER] for i in range(0, len(tasks), _TOGETHER)]
+    parts = run_tasks(
+        partial(nearest_approaches, symbols=symbols, distance=distance), some, workers=workers,
+        cluster=cluster, progress=progress, what="distances",
+    )  # fmt: skip
+    return [part for these in parts for part in these]
 
 
 def _measured(

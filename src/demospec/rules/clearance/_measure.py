@@ -14,9 +14,14 @@ import numpy as np
 from demospec.demonstrations import MAX_COORDINATE, Paths, checked_points
 from demospec.errors import InputError
 from demospec.frames import FloatArray
-from demospec.geometry import Polylines, nearest_on_paths
+from demospec.geometry import (
+    Polylines,
+    fits_side_by_side,
+    nearest_on_paths,
+    nearest_side_by_side,
+)
 from demospec.rules.clearance._cache import constant, keep, recall
-from demospec.scene import Disc, Footprint, Scene, SceneObject
+from demospec.scene import Disc, Footprint, Polygon, Scene, SceneObject
 
 Distance = Literal["footprint", "center"]
 
@@ -81,6 +86,61 @@ def nearest_approach(
         k = column[item.symbol]
         out[:, k] = np.minimum(out[:, k], near)
     return out
+
+
+_Waiting = tuple[FloatArray, int, int, FloatArray, Disc | Polygon]
+"""Where the distance goes (array, row, column), the path (n, 2) and the footprint."""
+
+_POINTS = 200_000  # of paths, one after the other for each object, at a time
+_FEW = 8  # paths of a scene; of more, a call for each object is cheaper
+
+
+def nearest_approaches(
+    tasks: Sequence[tuple[Scene, Paths]],
+    symbols: Sequence[str],
+    *,
+    distance: Distance = "footprint",
+) -> list[FloatArray]:
+    """`nearest_approach` of each scene and its paths, measured across scenes and objects.
+
+    With one scene a demonstration nearly all of its time would go by calls for tiny arrays.
+    """
+    column = {symbol: k for k, symbol in enumerate(symbols)}
+    out: list[FloatArray] = []
+    waiting: list[_Waiting] = []
+    points = 0
+    for scene, paths in tasks:
+        items = [o for o in scene.listed_objects() if o.symbol in column]
+        shapes = [shape_of(o, distance) for o in items]
+        if len(paths) > _FEW or constant(paths) or not all(map(fits_side_by_side, shapes)):
+            out.append(nearest_approach(scene, paths, symbols, distance=distance))
+            continue
+        flat = polylines(paths)
+        rows = np.full((len(flat), len(symbols)), np.inf)
+        out.append(rows)
+        parts = np.split(flat.points, flat.offsets[1:-1]) if len(flat) else []
+        for item, shape in zip(items, shapes, strict=True):
+            assert fits_side_by_side(shape)
+            for row, part in enumerate(parts):
+                waiting.append((rows, row, column[item.symbol], part, shape))
+                points += len(part)
+        if points >= _POINTS:
+            _measure_waiting(waiting)
+            waiting, points = [], 0
+    _measure_waiting(waiting)
+    return out
+
+
+def _measure_waiting(waiting: Sequence[_Waiting]) -> None:
+    if not waiting:
+        return
+    flat = np.concatenate([part for *_, part, _ in waiting])
+    ends = np.cumsum([len(part) for *_, part, _ in waiting])
+    paths = Polylines(flat, np.concatenate([[0], ends]).astype(np.int64))
+    near = nearest_side_by_side(paths, [shape for *_, shape in waiting])
+    for (rows, row, k, *_), gap in zip(waiting, near.tolist(), strict=True):
+        if gap < rows[row, k]:
+            rows[row, k] = gap
 
 
 def shape_of(item: SceneObject, distance: Distance) -> Footprint:
