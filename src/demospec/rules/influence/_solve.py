@@ -14,7 +14,7 @@ from demospec.rules.influence._effort import EFFORT, Effort
 from demospec.rules.influence._label_noise import LABEL_NOISE, slack_of
 from demospec.rules.influence._problem import RuleProblem
 from demospec.rules.influence.engines._exact import solve_exact
-from demospec.rules.influence.engines._step_functions import step_problem
+from demospec.rules.influence.engines._step_functions import StepProblem, step_problem
 
 Engine = Literal["auto", "direct", "step", "exact"]
 
@@ -117,10 +117,17 @@ def solve(
     if problem.F_max is None:
         raise InputError("a known F_max (or identify_F_max)", "null", field="F_max")
     deadline = began + (math.inf if time_limit_s is None else time_limit_s)
-    answer = _engine(engine, effort).answer(problem, listed, deadline, seed)
+    chosen, steps = _engine(engine, effort), None
+    if isinstance(chosen, ExactEngine):
+        steps = step_problem(problem)  # once, for what follows a contradiction too
+        answer = solve_exact(steps, listed, deadline, effort=chosen.effort)
+    else:
+        answer = chosen.answer(problem, listed, deadline, seed)
     wide = tolerant and slack_of(label_noise, len(problem.parameters)) > 0
     if answer.status == "infeasible" or (wide and answer.status == "optimal"):
-        answer = _contradiction(problem, answer, tolerant, deadline, listed, label_noise, effort)
+        answer = _contradiction(
+            problem, answer, tolerant, deadline, listed, label_noise, effort, steps
+        )
     return check_answer(problem, answer).timed(time.monotonic() - began)
 
 
@@ -142,11 +149,13 @@ def _contradiction(
     listed: int,
     label_noise: float,
     effort: Effort,
+    steps: StepProblem | None,
 ) -> InfluenceAnswer:
     """Where no parameters agree: a tolerant fit, or a minimal conflict."""
     from demospec.rules.influence._conflict import minimal_conflict
     from demospec.rules.influence.engines._min_violations import solve_tolerant
 
     if tolerant:
-        return solve_tolerant(problem, deadline, listed, label_noise, effort)
-    return replace(answer, conflict=minimal_conflict(problem, deadline, effort=effort))
+        return solve_tolerant(problem, deadline, listed, label_noise, effort, steps)
+    conflict = minimal_conflict(problem, deadline, steps, effort)
+    return replace(answer, conflict=conflict)

@@ -8,7 +8,7 @@ fractions. Points on a grid of 1, 0.1, 0.01 or 0.001 never need that.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
@@ -56,7 +56,7 @@ class Reached:
 
 
 class Batch:
-    """Some points (n, c) of one scene, prepared once for all its objects."""
+    """Some points (n, c), prepared once for all objects that they are measured to."""
 
     def __init__(self, points: FloatArray) -> None:
         self.points = points
@@ -80,19 +80,28 @@ class Batch:
         if measure is not None:
             value = np.asarray(measure(self.points, item.center), dtype=np.float64)
             index = np.flatnonzero(value <= reach)
-            return self._careful(item, index, value[index], 0.0, scale)
-        center = np.asarray(item.center)
+            return self._careful(lambda _: item, index, value[index], 0.0, scale)
+        return self.around(np.asarray(item.center), lambda _: item, scale, reach)
+
+    def around(
+        self, center: FloatArray, item_of: Callable[[int], RuleObject], scale: int, reach: int
+    ) -> Reached:
+        """`reached` for distances to a center (d,), or to one of each point's own (d, n).
+
+        Args:
+            item_of: The object of a point; asked for the few that fractions settle.
+        """
         quantum = self.quantum
         if quantum is not None and quantum * reach < 2**24:
             whole = np.rint(center * quantum)
             if np.array_equal(whole / quantum, center) and np.abs(whole).max() < 2**53:
-                return self._on_grid(item, whole, quantum, scale, reach)
+                return self._on_grid(item_of, whole, quantum, scale, reach)
         columns = [self.points[:, j] for j in range(len(center))]
         square = sum((x - c) ** 2 for x, c in zip(columns, center, strict=True))
         # Coordinates are off by half an ulp each from the decimals they stand for.
         error = 8 * _EPS * (self.largest + float(np.abs(center).max()) + reach)
         index = np.flatnonzero(square <= (reach + error) ** 2 * (1 + 8 * _EPS))
-        return self._careful(item, index, np.sqrt(square[index]), error, scale, reach)
+        return self._careful(item_of, index, np.sqrt(square[index]), error, scale, reach)
 
     def whole(self, objects: Sequence[RuleObject], scale: int, reach: int) -> bool:
         """Whether all coordinates are whole and small: then `squares` can be taken.
@@ -122,7 +131,12 @@ class Batch:
         return square
 
     def _on_grid(
-        self, item: RuleObject, center: FloatArray, quantum: int, scale: int, reach: int
+        self,
+        item_of: Callable[[int], RuleObject],
+        center: FloatArray,
+        quantum: int,
+        scale: int,
+        reach: int,
     ) -> Reached:
         """All coordinates are whole numbers of 1/quantum: squares are exact doubles."""
         dx = self.columns[0] - center[0]
@@ -149,12 +163,12 @@ class Batch:
             root += 0.5
             penalty = np.floor(root)
             return Reached(index, level.astype(np.int64), penalty.astype(np.int64), value, 0.0)
-        careful = self._careful(item, index, value, 4 * _EPS * reach, scale)
+        careful = self._careful(item_of, index, value, 4 * _EPS * reach, scale)
         return Reached(index, level.astype(np.int64), careful.penalty, value, 0.0)
 
     def _careful(
         self,
-        item: RuleObject,
+        item_of: Callable[[int], RuleObject],
         index: NDArray[np.intp],
         value: FloatArray,
         error: float,
@@ -171,7 +185,7 @@ class Batch:
             doubtful |= np.abs(value - np.rint(value)) <= error
         level_int, penalty_int = level.astype(np.int64), penalty.astype(np.int64)
         for j in np.flatnonzero(doubtful):
-            square = exact_square(item, self.points[index[j]])
+            square = exact_square(item_of(int(index[j])), self.points[index[j]])
             level_int[j], penalty_int[j] = exact_level(square), exact_penalty(square, scale)
         if reach is not None and level_int.max(initial=0) > reach:
             inside = level_int <= reach

@@ -38,14 +38,16 @@ def solve_tolerant(
     listed: int,
     label_noise: float = LABEL_NOISE,
     effort: Effort = EFFORT,
+    steps: StepProblem | None = None,
 ) -> InfluenceAnswer:
     """The envelope of all parameter sets that contradict few enough demonstrations.
 
     Args:
         deadline: On `time.monotonic`'s clock.
         label_noise: Share of labels taken to be wrong; 0: only sets that contradict fewest.
+        steps: The problem's step functions, where known.
     """
-    steps = step_problem(problem)
+    steps = step_problem(problem) if steps is None else steps
     most = len(problem.trajectories)
     slack = min(slack_of(label_noise, len(problem.parameters)), most)
     if small(steps, slack, effort):

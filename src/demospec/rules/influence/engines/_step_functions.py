@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from demospec.errors import InputError
+from demospec.rules.constraints._point_features import feature_named
 from demospec.rules.influence._problem import RuleProblem
 from demospec.rules.influence.engines._arithmetic import IntArray
 from demospec.rules.influence.engines._shared_points import (
@@ -25,10 +26,11 @@ from demospec.rules.influence.engines._shared_points import (
     SharedPoints,
     joined_points,
 )
-from demospec.rules.influence.engines._step_tables import fill
+from demospec.rules.influence.engines._step_tables import fill, fill_scenes
 
 _BATCH_POINTS = 1 << 15
 _BATCH_PATHS = 256
+_FEW_POINTS = 1 << 12  # of a scene: with more, a call for each object is no loss
 
 
 @dataclass(frozen=True)
@@ -136,24 +138,27 @@ def _block(
     local = {k: j for j, k in enumerate(parameters)}
     shared: list[SharedPoints] = []
     at = 0
-    for s, members in scenes:
-        objects = problem.scenes[s].objects
-        columns = [local[k] for k in problem.parameter_of[s]]
-        for chosen in _batches(problem, members):
-            view = slice(at, at + len(chosen))
-            if objects:
-                points = fill(problem, objects, columns, chosen, limit, table[view], closest[view])
-                if points is not None:
-                    shared.append(
-                        SharedPoints(
-                            points.row + at,
-                            points.parameter,
-                            points.level,
-                            points.penalty,
-                            points.weight,
-                        )
+    for places, chosen in _batches(problem, scenes):
+        view = slice(at, at + len(chosen))
+        objects = [problem.scenes[s].objects for s in places]
+        columns = [[local[k] for k in problem.parameter_of[s]] for s in places]
+        if len(places) > 1:
+            fill_scenes(problem, objects, columns, chosen, limit, table[view], closest[view])
+        elif objects[0]:
+            points = fill(
+                problem, objects[0], columns[0], chosen, limit, table[view], closest[view]
+            )
+            if points is not None:
+                shared.append(
+                    SharedPoints(
+                        points.row + at,
+                        points.parameter,
+                        points.level,
+                        points.penalty,
+                        points.weight,
                     )
-            at += len(chosen)
+                )
+        at += len(chosen)
     return Block(
         parameters,
         np.array(rows, dtype=np.int64),
@@ -164,21 +169,48 @@ def _block(
     )
 
 
-def _batches(problem: RuleProblem, members: list[int]) -> Iterator[list[int]]:
-    """Trajectories by the dozen: points that stay in the processor's cache."""
+def _batches(
+    problem: RuleProblem, scenes: Sequence[tuple[int, list[int]]]
+) -> Iterator[tuple[list[int], list[int]]]:
+    """Trajectories by the dozen: points that stay in the processor's cache.
+
+    Returns:
+        Scenes and trajectories: one scene for all, or, where many have few points, one each.
+    """
+    places: list[int] = []
     batch: list[int] = []
     size = 0
-    for i in members:
-        points = len(problem.trajectories[i].points)
-        width = problem.trajectories[i].points.shape[1]
-        same = not batch or problem.trajectories[batch[0]].points.shape[1] == width
-        if batch and (not same or size + points > _BATCH_POINTS or len(batch) >= _BATCH_PATHS):
-            yield batch
-            batch, size = [], 0
-        batch.append(i)
-        size += points
+    kind: object = None
+    for s, members in scenes:
+        own = _alike(problem, s) if _points(problem, members) <= _FEW_POINTS else None
+        for i in members:
+            points, width = problem.trajectories[i].points.shape
+            new = (width, own if own is not None else -1 - s)
+            full = size + points > _BATCH_POINTS or len(batch) >= _BATCH_PATHS
+            if batch and (new != kind or full):
+                yield (places if len(set(places)) > 1 else places[:1]), batch
+                places, batch, size = [], [], 0
+            kind = new
+            places.append(s)
+            batch.append(i)
+            size += points
     if batch:
-        yield batch
+        yield (places if len(set(places)) > 1 else places[:1]), batch
+
+
+def _points(problem: RuleProblem, members: Sequence[int]) -> int:
+    return sum(len(problem.trajectories[i].points) for i in members)
+
+
+def _alike(problem: RuleProblem, scene: int) -> tuple[int, int] | None:
+    """Scenes of one such key can be worked on together; None: this one cannot."""
+    objects = problem.scenes[scene].objects
+    if problem.reading != "sum" or not objects:
+        return None
+    if any(feature_named(item.feature).measure is not None for item in objects):
+        return None
+    dimensions = {len(item.center) for item in objects}
+    return (len(objects), dimensions.pop()) if len(dimensions) == 1 else None
 
 
 def restrict(steps: StepProblem, keep: BoolArray) -> StepProblem:

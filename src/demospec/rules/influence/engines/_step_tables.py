@@ -7,7 +7,7 @@ all others by `Batch.reached`, object by object.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,18 +39,7 @@ def fill(
 ) -> SharedPoints | None:
     """Adds one batch of one scene to `table` and `closest`, in place."""
     reach = table.shape[2] - 1
-    paths = [problem.trajectories[i].points for i in chosen]
-    sizes = np.array([len(p) for p in paths])
-    batch = Batch(paths[0] if len(paths) == 1 else np.concatenate(paths))
-    row = np.repeat(np.arange(len(paths)), sizes)
-    weight = _weights(problem, objects, batch, sizes, limit)
-    starts = np.cumsum(sizes) - sizes
-    mass = float(sizes.max())  # the heaviest path
-    if weight is not None:
-        mass = float(np.add.reduceat(weight.astype(np.float64), starts).max()) * (1 + 1e-9)
-    top = math.ceil(max(mass, 1.0)) * problem.scale * max(reach, 1) * len(objects)
-    if top >= 2**62:
-        raise InputError("sums of penalties below 2^62", f"{top:.3g}", field="trajectories")
+    batch, row, starts, weight, top = _prepared(problem, objects, chosen, limit, reach)
     compared = problem.reading != "sum" and len(objects) > 1
     if not compared and batch.whole(objects, problem.scale, reach):
         step = max(1, _SQUARES // max(1, len(row)))
@@ -72,6 +61,62 @@ def fill(
         portion = None if weight is None else weight[hit.index]
         table[:, j] += _cumulative(problem, key, hit.penalty, portion, n, width, top)
     return shared
+
+
+def fill_scenes(
+    problem: RuleProblem,
+    objects: Sequence[Sequence[RuleObject]],
+    columns: Sequence[Sequence[int]],
+    chosen: list[int],
+    limit: int | None,
+    table: IntArray,
+    closest: IntArray,
+) -> None:
+    """`fill` under the reading `sum` for paths in scenes of their own, equally many objects each.
+
+    Args:
+        objects, columns: Of each path.
+    """
+    n, _, width = table.shape
+    reach = width - 1
+    batch, row, starts, weight, top = _prepared(problem, objects[0], chosen, limit, reach)
+    every = np.arange(n)
+    for k in range(len(objects[0])):
+        kth = [own[k] for own in objects]
+        center = np.array([item.center for item in kth])
+        hit = batch.around(center[row].T, _of_point(kth, row), problem.scale, reach)
+        _closest(hit, starts, closest)
+        key = row[hit.index] * width + hit.level
+        portion = None if weight is None else weight[hit.index]
+        column = np.array([own[k] for own in columns])
+        table[every, column] += _cumulative(problem, key, hit.penalty, portion, n, width, top)
+
+
+def _of_point(items: Sequence[RuleObject], row: IntArray) -> Callable[[int], RuleObject]:
+    return lambda i: items[int(row[i])]
+
+
+def _prepared(
+    problem: RuleProblem,
+    objects: Sequence[RuleObject],
+    chosen: list[int],
+    limit: int | None,
+    reach: int,
+) -> tuple[Batch, IntArray, IntArray, IntArray | None, int]:
+    """The points of some paths, the path of each, where paths begin, weights, a bound of sums."""
+    paths = [problem.trajectories[i].points for i in chosen]
+    sizes = np.array([len(p) for p in paths])
+    batch = Batch(paths[0] if len(paths) == 1 else np.concatenate(paths))
+    row = np.repeat(np.arange(len(paths)), sizes)
+    weight = _weights(problem, objects, batch, sizes, limit)
+    starts = np.cumsum(sizes) - sizes
+    mass = float(sizes.max())  # the heaviest path
+    if weight is not None:
+        mass = float(np.add.reduceat(weight.astype(np.float64), starts).max()) * (1 + 1e-9)
+    top = math.ceil(max(mass, 1.0)) * problem.scale * max(reach, 1) * len(objects)
+    if top >= 2**62:
+        raise InputError("sums of penalties below 2^62", f"{top:.3g}", field="trajectories")
+    return batch, row, starts, weight, top
 
 
 def _fill_squares(
