@@ -98,7 +98,8 @@ def _problem(
         for s in used
     ]
     document = {"F_max": F_MAX, "thresholds": "class", **settings}
-    template = problem_from_document({**document, "F_max": 1, "scenes": scenes, "trajectories": []})
+    short = {"F_max": 1, "scenes": scenes[:1], "trajectories": []}  # its words only
+    template = problem_from_document({**document, **short})
     power = power_of(template.penalty, template.weights)
     if "F_max" in settings:
         F_max = settings["F_max"]
