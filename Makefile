@@ -9,7 +9,7 @@ JOBS ?= 2
 # them: its build is chosen by TORCH.
 CONSTRAINTS ?= -c constraints/dev.txt
 
-.PHONY: demo ros2 test test-all test-oldest package changelog lint bench bench-quick docs constraints clean
+.PHONY: demo ros2 tesseract test test-all test-oldest package changelog lint bench bench-quick docs constraints clean
 
 demo: $(VENV)/.demo
 	$(BIN)/demospec demo --out runs/demo
@@ -40,6 +40,11 @@ ros2: $(VENV)/.dev
 	$(PYTHON) -m venv $(VENV)-ros
 	$(VENV)-ros/bin/pip install -q ros-rclpy ros-rmw-fastrtps-cpp ros-geometry-msgs ros-nav-msgs \
 		ros-visualization-msgs ros-diagnostic-msgs
+
+# Tesseract, for the test in which it reads its export: 280 MB, and an older NumPy in other releases.
+tesseract: $(VENV)/.dev
+	$(PYTHON) -m venv $(VENV)-tesseract
+	$(VENV)-tesseract/bin/pip install -q tesseract-robotics
 
 test: $(VENV)/.dev
 	$(BIN)/pytest -q -n $(JOBS)

@@ -26,6 +26,7 @@ SAYS = {
     "46_export_waypoints": "way-points in",
     "47_export_stl": "robustness of the plan:",
     "48_execute_pr2": "the executed path keeps the rule: True",
+    "47_export_tesseract": "tool keeps",
     "49_export_vda5050": "BLOCKED",
 }
 

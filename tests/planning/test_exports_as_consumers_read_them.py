@@ -318,7 +318,7 @@ def test_a_readme_is_beside_each_and_names_files_that_are_there(
     out = tmp_path / "out"
     export_to(request_, form, out)
     text = (out / "README.txt").read_text()
-    there = {f.name for f in out.iterdir()} - {"README.txt"}
+    there = {f.name for f in out.rglob("*")} - {"README.txt"}
     assert any(name in text for name in there)
     words = set(re.findall(r"[\w.]+", text))
     endings = (".yaml", ".json", ".csv", ".py", ".npz")

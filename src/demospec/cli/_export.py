@@ -29,7 +29,8 @@ def export(
         str,
         typer.Option(
             "--to",
-            help="nav2, moveit, numpy, ompl, rosbag2, stl, vda5050 (folders); mcap, json, csv.",
+            help="nav2, moveit, tesseract, numpy, ompl, rosbag2, stl, vda5050 (folders); "
+            "mcap, json, csv.",
         ),
     ],
     out: Annotated[Path, typer.Option("--out", help="Folder or file to make.")],

@@ -16,6 +16,7 @@ from demospec.planning.exports._nav2 import write_nav2
 from demospec.planning.exports._readme import write_readme
 from demospec.planning.exports._request import ExportRequest, export_request
 from demospec.planning.exports._stl import stl_formula, stl_signals, write_stl
+from demospec.planning.exports._tesseract import write_tesseract
 from demospec.planning.exports._vda5050 import write_vda5050
 from demospec.planning.exports._waypoints import write_waypoints_csv, write_waypoints_json
 
@@ -39,6 +40,7 @@ FOLDERS: dict[str, Callable[[ExportRequest, Path], None]] = {
     "rosbag2": write_rosbag2,
     "stl": write_stl,
     "vda5050": write_vda5050,
+    "tesseract": write_tesseract,
 }
 """Format → writer into a folder."""
 

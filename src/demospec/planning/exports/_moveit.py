@@ -24,7 +24,7 @@ from demospec.geometry import Capsule, Disc, Footprint, rims
 from demospec.planning._results import Zone
 from demospec.planning.exports._request import ExportRequest
 
-_HEIGHT_M = 0.30
+HEIGHT_M = 0.30
 """Prisms reach this high: the clearance is a rule of the plane, at every height."""
 
 _CORNERS = 24
@@ -38,11 +38,12 @@ def write_moveit(request: ExportRequest, folder: Path) -> None:
     text = json.dumps(scene, indent=1, allow_nan=False) + "\n"
     (folder / "planning_scene.json").write_text(text, encoding="utf-8")
     (folder / "planning_scene.yaml").write_text(_yaml(scene), encoding="utf-8")
-    padding = {
+    padding: dict[str, dict[str, Any]] = {
         z.object_id: {"symbol": z.symbol, "padding_m": z.radius * request.scale_m}
         for z in request.cost_map.zones
     }
-    padding |= {name: entry for name, (_, entry) in _passed_over(request).items()}
+    for zone, _, over in passed_over(request):
+        padding[zone.object_id] = {"symbol": zone.symbol, "over_m": over}
     (folder / "padding.json").write_text(json.dumps(padding, indent=1) + "\n", encoding="utf-8")
     path = path_constraints(request)
     if path is not None:
@@ -78,12 +79,12 @@ def path_constraints(request: ExportRequest) -> dict[str, Any] | None:
     }
 
 
-def _passed_over(request: ExportRequest) -> dict[str, tuple[dict[str, Any], dict[str, Any]]]:
-    """Object id → its collision object and what was added: things with a height to be kept over
-    them, whose outlines are no zone of the plane."""
-    made: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {}
+def passed_over(request: ExportRequest) -> list[tuple[Zone, float, float]]:
+    """Things with a height to be kept over them, whose outlines are no zone of the plane: the
+    zone, how high it reaches (metres), and the height to keep over the thing (metres)."""
+    made: dict[str, tuple[Zone, float, float]] = {}
     if request.asked is None:
-        return made
+        return []
     taken = {z.object_id for z in request.cost_map.zones}
     for obstacle in request.asked.obstacles:
         tops = [-offset for normal, offset in obstacle.cuts if normal[2] == -1.0]
@@ -91,15 +92,14 @@ def _passed_over(request: ExportRequest) -> dict[str, tuple[dict[str, Any], dict
             continue
         over = request.asked.constraints[obstacle.constraint].value * request.scale_m
         zone = Zone(obstacle.object_id, obstacle.symbol, obstacle.shape, obstacle.radius)
-        document = _collision_object(zone, request, tops[0] * request.scale_m)
-        made[obstacle.object_id] = document, {"symbol": obstacle.symbol, "over_m": over}
-    return made
+        made[obstacle.object_id] = zone, tops[0] * request.scale_m, over
+    return list(made.values())
 
 
 def planning_scene(request: ExportRequest) -> dict[str, Any]:
     """The message as plain values."""
     objects = [_collision_object(zone, request) for zone in request.cost_map.zones]
-    objects += [document for document, _ in _passed_over(request).values()]
+    objects += [_collision_object(zone, request, high) for zone, high, _ in passed_over(request)]
     return {
         "name": f"demospec_{request.scene.scene_id}",
         "is_diff": True,
@@ -109,7 +109,7 @@ def planning_scene(request: ExportRequest) -> dict[str, Any]:
 
 
 def _collision_object(
-    zone: Zone, request: ExportRequest, high_m: float = _HEIGHT_M
+    zone: Zone, request: ExportRequest, high_m: float = HEIGHT_M
 ) -> dict[str, Any]:
     document: dict[str, Any] = {
         "header": {"frame_id": request.frame_id},

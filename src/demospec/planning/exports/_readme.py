@@ -73,6 +73,19 @@ specification.spec = rule["formula"]; specification.parse()
 
 specification.evaluate(signals) of signals.csv gives the margin in the set's units; >= 0 keeps it.
 """,
+    "tesseract": """\
+The table as URDF, and a margin for each pair of links as SRDF. With tesseract_robotics, and the
+environment variable TESSERACT_RESOURCE_PATH naming this folder:
+
+locator = tesseract_common.GeneralResourceLocator()
+environment = tesseract_environment.Environment()
+environment.init(FilesystemPath(".../demospec_table/table.urdf"),
+                 FilesystemPath(".../demospec_table/table.srdf"), locator)
+
+"tool" is a small ball at the point that the rule speaks of (its radius is taken off the margins).
+For your own robot take the lines <pair_margin> into its SRDF with the name of your link in the
+place of "tool"; margins.yaml lists the same.
+""",
     "vda5050": """\
 Zones of VDA 5050, version 3.0. Fill in the header, then publish to the robot:
 
