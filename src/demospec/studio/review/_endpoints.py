@@ -5,14 +5,15 @@ from __future__ import annotations
 from typing import Any
 
 # Loaded with the server only, whose extra brings it.
-from fastapi import APIRouter
+from fastapi import APIRouter, Request
 from pydantic import BaseModel, ConfigDict, Field
 
 from demospec.errors import InputError
 from demospec.report import people_of
 from demospec.studio.results._run import taught_run
 from demospec.studio.review._audit import doubtful_labels
-from demospec.studio.review._gallery import frames, gallery, history, small
+from demospec.studio.review._gallery import frame_of, frames, gallery, history, small
+from demospec.studio.review._incoming import How, Incoming, described
 from demospec.studio.session._workspace import Workbench
 from demospec.studio.table._endpoints import actor_of
 from demospec.studio.table._steps import steps_of
@@ -43,6 +44,27 @@ class Renamed(BaseModel):
     model_config = ConfigDict(extra="forbid")
     type: str
     name: str
+
+
+class Dropped(BaseModel):
+    """Recordings that were sent, and how they are read."""
+
+    model_config = ConfigDict(extra="forbid")
+    batch: str
+    how: How = How()
+    onto: str = Field("", description="Scene here that all paths go to; else theirs come too.")
+
+
+class Merged(BaseModel):
+    """Two scenes in one."""
+
+    model_config = ConfigDict(extra="forbid")
+    scene_id: str
+    into: str
+
+
+SHOWN = 12
+"""Paths that are shown before recordings are taken in."""
 
 
 def review_router(bench: Workbench) -> APIRouter:
@@ -126,5 +148,63 @@ def review_router(bench: Workbench) -> APIRouter:
             raise InputError("a name", new.name, field="name")
         bench.change(mine, {"type": new.name.strip()}, actor=actor_of(actor))
         return {"changed": len(mine)}
+
+    @router.post("/scene-merge", summary="Give all paths of a scene to another one")
+    def post_merge(new: Merged, actor: str = "") -> dict[str, Any]:
+        bench.merge_scenes(new.scene_id, new.into, actor=actor_of(actor))
+        return {"scenes": [s.scene_id for s in bench.scenes]}
+
+    incoming = Incoming()
+
+    @router.post("/import", summary="Begin to bring recordings", status_code=201)
+    def post_import() -> dict[str, Any]:
+        return {"batch": incoming.begin()}
+
+    @router.post(
+        "/import/file",
+        summary="A piece of a file: the body; pieces come in order",
+        openapi_extra={
+            "requestBody": {"required": True, "content": {
+                "application/octet-stream": {"schema": {"type": "string", "format": "binary"}}
+            }}
+        },
+    )  # fmt: skip
+    async def post_file(request: Request, batch: str, name: str, offset: int = 0) -> dict[str, Any]:
+        from starlette.concurrency import run_in_threadpool
+
+        data = await request.body()  # the guard bounds its length
+        await run_in_threadpool(incoming.put, batch, name, data, offset)
+        return {"bytes": offset + len(data)}
+
+    @router.get("/import/progress", summary="How far reading is")
+    def get_progress(batch: str) -> dict[str, Any]:
+        what, share = incoming.batch(batch).progress
+        return {"what": what, "share": share}
+
+    @router.post("/import/look", summary="Read recordings and keep nothing")
+    def post_look(new: Dropped) -> dict[str, Any]:
+        found, source = incoming.read(new.batch, new.how, pictures=False)
+        problem, said = "", ()
+        try:
+            fitted, said = bench.fitted(found.data, new.onto)
+        except InputError as error:
+            fitted, problem = found.data, str(error)
+        first = list(fitted.demonstrations)[:SHOWN]
+        shown = {d.scene_id for d in first}
+        return {
+            **described(found),
+            "source": source,
+            "changes": list(said),
+            "problem": problem,
+            "demonstrations": [small(d) for d in first],
+            "scenes": {s.scene_id: frame_of(s) for s in fitted.scenes if s.scene_id in shown},
+            "existing": [s.scene_id for s in bench.scenes],
+        }
+
+    @router.post("/import/take", summary="Take recordings into the set", status_code=201)
+    def post_take(new: Dropped, actor: str = "") -> dict[str, Any]:
+        found, source = incoming.read(new.batch, new.how, pictures=True)
+        ids = bench.take_in(found.data, actor=actor_of(actor), source=source, onto=new.onto)
+        return {"taken": len(ids)}
 
     return router

@@ -9,6 +9,7 @@ import numpy as np
 
 from demospec.demonstrations import Demonstration
 from demospec.report import short_name
+from demospec.scene import Scene
 from demospec.studio.session._journal import Event, effective
 from demospec.studio.session._workspace import Workbench
 from demospec.studio.table._endpoints import corners
@@ -26,6 +27,8 @@ _DID = {
     "unmark": "took {object} off the list of {scene}", "object": "changed {object} in {scene}",
     "ends": "moved start and goal of {scene}", "scale": "measured {scene}",
     "rename_scene": "renamed {scene} to {name}", "drop_scene": "took {scene} away",
+    "merge_scenes": "gave the paths of {scene} to {into}",
+    "import": "took in {count} paths from {source}",
 }  # fmt: skip
 
 
@@ -49,17 +52,21 @@ def frames(bench: Workbench, scene_ids: Collection[str]) -> dict[str, Any]:
     """Scene → what a small picture of it needs."""
     found = {}
     for name in scene_ids:
-        scene = bench.scene(name)
-        found[name] = {
-            "size": scene.size_px,
-            "bounds": list(scene.bounds),
-            "picture": scene.picture is not None,
-            "start": list(scene.start[:2]),
-            "goal": list(scene.goal[:2]),
-            # A picture shows what stands there.
-            "outlines": [] if scene.picture else [corners(o.outline) for o in scene.objects or ()],
-        }
+        found[name] = frame_of(bench.scene(name))
     return found
+
+
+def frame_of(scene: Scene) -> dict[str, Any]:
+    """What a small picture of a scene needs."""
+    return {
+        "size": scene.size_px,
+        "bounds": list(scene.bounds),
+        "picture": scene.picture is not None,
+        "start": list(scene.start[:2]),
+        "goal": list(scene.goal[:2]),
+        # A picture shows what stands there.
+        "outlines": [] if scene.picture else [corners(o.outline) for o in scene.objects or ()],
+    }
 
 
 def gallery(
@@ -123,13 +130,15 @@ def _who(actor: str) -> str:
 
 def _what(event: Event) -> str:
     body = event.body
-    names: Sequence[str] = body.get("demo_ids") or [str(body.get("demo_id"))]
+    names: Sequence[str] = list(body.get("demo_ids") or ()) or [str(body.get("demo_id"))]
     objects = body.get("objects") or []
     said = {
         "what": ", ".join(short_name(str(n)) for n in names[:3]) + (" …" if len(names) > 3 else ""),
         "count": len(names),
         "scene": body.get("scene_id"),
         "name": body.get("name"),
+        "into": body.get("into"),
+        "source": body.get("source"),
         "object": body.get("id"),
         "objects": ", ".join(str(o.get("symbol")) for o in objects[:3]),
     }

@@ -18,6 +18,7 @@ from demospec.demonstrations import (
 from demospec.errors import InputError
 from demospec.geometry import Polygon
 from demospec.scene import Scene
+from demospec.studio.session._joining import free, in_session, packed
 from demospec.studio.session._journal import Event, Journal
 from demospec.studio.session._replay import (
     Taught,
@@ -50,7 +51,22 @@ class Actions:
         raise NotImplementedError
 
     @property
+    def metres_per_unit(self) -> float | None:
+        raise NotImplementedError
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        raise NotImplementedError
+
+    @property
+    def y(self) -> str:
+        raise NotImplementedError
+
+    @property
     def symbols(self) -> tuple[str, ...]:
+        raise NotImplementedError
+
+    def basis_of(self, scene_id: str) -> str:
         raise NotImplementedError
 
     def scene(self, scene_id: str) -> Scene:
@@ -101,13 +117,81 @@ class Actions:
 
     def next_id(self) -> str:
         """The id that the next demonstration will have, unless another process draws first."""
-        taken = set(self.standing.demonstrations) | {
-            str(e.body.get("demo_id")) for e in self.journal.events()
-        }
+        taken = self._taken_ids()
         number = 1
         while f"drawn-{number:04d}" in taken:
             number += 1
         return f"drawn-{number:04d}"
+
+    def _taken_ids(self) -> set[str]:
+        """Ids of demonstrations that stand, stood, or may stand again."""
+        taken = set(self.standing.demonstrations)
+        for event in self.journal.events():
+            if event.kind == "import":
+                taken |= set(event.body["demo_ids"].values())
+            elif "demo_id" in event.body:
+                taken.add(str(event.body["demo_id"]))
+        return taken
+
+    def fitted(
+        self, data: DemonstrationSet, onto: str = ""
+    ) -> tuple[DemonstrationSet, tuple[str, ...]]:
+        """A set as it would join this session, and in words what changes.
+
+        Args:
+            onto: The scene here that its paths would go to; nothing: its own scenes come too.
+
+        Raises:
+            InputError: Its lengths cannot be said in the unit of this session or scene.
+        """
+        fitted, said = in_session(
+            data, units=self.units, y=self.y, scale=self.metres_per_unit, columns=self.columns
+        )
+        if onto:
+            scene = self.scene(onto)
+            if data.units != self.units:
+                expected = f"paths in {self.units}, as this table"
+                found = f"{data.units}: nobody has said where its origin lies on this table"
+                raise InputError(expected, found, field="onto")
+            demos = [replace(d, scene_id=onto) for d in fitted.demonstrations]
+            replace(
+                fitted, scenes=(replace(scene, metres_per_unit=None),),
+                demonstrations=Demonstrations.of(demos, len(self.columns)),
+                symbols=self.symbols,
+            )  # fmt: skip
+        return fitted, said
+
+    def take_in(
+        self, data: DemonstrationSet, *, actor: str, source: str, onto: str = ""
+    ) -> tuple[str, ...]:
+        """Takes a whole set into the session; returns the ids that its paths have here.
+
+        Args:
+            source: Where it came from, for the history.
+            onto: As of `fitted`.
+        """
+        fitted, _ = self.fitted(data, onto)
+        blob = packed(fitted)
+        with self._lock, self.journal.alone():
+            scenes = set(self.standing.scenes)
+            names: dict[str, str] = {}
+            for scene in fitted.scenes:
+                names[scene.scene_id] = free(scene.scene_id, scenes)
+                scenes.add(names[scene.scene_id])
+            taken, ids = self._taken_ids(), {}
+            for demo in fitted.demonstrations:
+                ids[demo.demo_id] = free(demo.demo_id, taken)
+                taken.add(ids[demo.demo_id])
+            body = {
+                "source": source[:60], "scenes": names, "demo_ids": ids, "onto": onto or None,
+                "together": free(f"scenes of {source[:60]}", self._togethers()),
+            }  # fmt: skip
+            self.journal.append_within("import", body, actor=actor, blob=blob)
+        self._changed()
+        return tuple(ids.values())
+
+    def _togethers(self) -> set[str]:
+        return {str(e.body["together"]) for e in self.journal.events() if e.kind == "import"}
 
     def label(self, demo_id: str, valid: bool | None, *, actor: str) -> None:
         """Accepts (True), rejects (False) or takes back the verdict (None)."""
@@ -298,6 +382,23 @@ class Actions:
         if word is None or word in self.standing.scenes:
             raise InputError("a name that no scene has", name, field="name")
         self._append("rename_scene", {"scene_id": scene_id, "name": word}, actor)
+
+    def merge_scenes(self, scene_id: str, into: str, *, actor: str) -> None:
+        """Gives all paths of a scene to another, and takes the scene away.
+
+        Raises:
+            InputError: No such scenes; lengths on the two are not the same; a path would lie
+                off the other table.
+        """
+        one, other = self.scene(scene_id), self.scene(into)
+        if scene_id == into:
+            raise InputError("two scenes", "one", field="into")
+        same = self.basis_of(scene_id) == self.basis_of(into)
+        if not same or one.metres_per_unit != other.metres_per_unit:
+            raise InputError("two pictures of one scale", "others", field="into")
+        for demo in self.standing.in_scene(scene_id):
+            inside_picture(demo.xy, other)
+        self._append("merge_scenes", {"scene_id": scene_id, "into": into}, actor)
 
     def undo(self, actor: str) -> Event | None:
         """Takes back the actor's last action; what it was, or None."""

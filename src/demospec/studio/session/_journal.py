@@ -21,7 +21,7 @@ from demospec.errors import InputError, OutputError
 
 ACTIONS = (
     "add", "label", "edit", "delete", "many", "keep", "scene", "mark", "unmark", "object", "ends",
-    "scale", "rename_scene", "drop_scene",
+    "scale", "rename_scene", "drop_scene", "merge_scenes", "import",
 )  # fmt: skip
 """What can be undone; ``undo`` and ``redo`` name one of these."""
 
@@ -44,7 +44,7 @@ class Event:
         actor: Who did it: a browser tab, or ``api``. Undo undoes one's own.
         kind: One of `ACTIONS`, ``undo`` or ``redo``.
         body: What was done.
-        blob: A picture, for ``scene``.
+        blob: A picture, for ``scene``; a packed set, for ``import``.
     """
 
     seq: int

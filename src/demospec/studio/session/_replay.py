@@ -12,6 +12,7 @@ import numpy as np
 from demospec.demonstrations import Demonstration, checked_points, object_from_json
 from demospec.errors import InputError
 from demospec.scene import Picture, Polygon, Relation, Scene, SceneObject
+from demospec.studio.session._joining import Joined, joined_of
 from demospec.studio.session._journal import Event, effective
 
 UNNAMED = "unnamed "
@@ -30,6 +31,7 @@ class Taught:
         kept: Rejected demonstration → number of the event in which a person said that it and
             what contradicted it then are both right.
         renamed: Scene → the name that it came with, where it has another now.
+        together: Scene → what it is compared as where it has no scale; see `Joined`.
     """
 
     scenes: Mapping[str, Scene]
@@ -38,6 +40,7 @@ class Taught:
     labelled: Mapping[str, int] = field(default_factory=dict)
     kept: Mapping[str, int] = field(default_factory=dict)
     renamed: Mapping[str, str] = field(default_factory=dict)
+    together: Mapping[str, str] = field(default_factory=dict)
 
     def came_as(self, scene_id: str) -> str:
         """The name that a scene came with."""
@@ -52,7 +55,7 @@ def taught(
     scenes: Iterable[Scene],
     before: Iterable[Demonstration],
     events: Sequence[Event],
-    parsed: dict[int, Scene | Demonstration] | None = None,
+    parsed: dict[int, Scene | Demonstration | Joined] | None = None,
 ) -> Taught:
     """Applies the events that stand.
 
@@ -68,6 +71,7 @@ def taught(
     labelled: dict[str, int] = {}
     kept: dict[str, int] = {}
     renamed: dict[str, str] = {}
+    together: dict[str, str] = {}
     for event in effective(events):
         body = event.body
         if event.kind == "scene":
@@ -85,6 +89,27 @@ def taught(
         elif event.kind in ("drop_scene", "rename_scene"):
             if body["scene_id"] in all_scenes:
                 _reorder_scenes(all_scenes, demos, unlisted, renamed, event)
+                if body["scene_id"] in together and "name" in body:
+                    together[body["name"]] = together[body["scene_id"]]
+        elif event.kind == "merge_scenes":
+            if {body["scene_id"], body["into"]} <= set(all_scenes):
+                del all_scenes[body["scene_id"]]
+                for d in [d for d in demos.values() if d.scene_id == body["scene_id"]]:
+                    demos[d.demo_id] = replace(d, scene_id=body["into"])
+        elif event.kind == "import":
+            if event.seq not in cache:
+                cache[event.seq] = joined_of(body, event.blob)
+            joined = cache[event.seq]
+            assert isinstance(joined, Joined)
+            for scene in joined.scenes:
+                all_scenes[scene.scene_id] = scene
+                together[scene.scene_id] = joined.together
+                if scene.objects is None:
+                    unlisted.add(scene.scene_id)
+            for demo in joined.demonstrations:
+                if demo.scene_id in all_scenes:
+                    demos[demo.demo_id] = demo
+                    labelled[demo.demo_id] = event.seq
         elif event.kind == "keep":
             kept |= dict.fromkeys(body["demo_ids"], event.seq)
         elif event.kind == "add":
@@ -97,7 +122,7 @@ def taught(
                 labelled[demo.demo_id] = event.seq
         else:
             _change_demonstrations(demos, labelled, event)
-    return Taught(all_scenes, demos, frozenset(unlisted), labelled, kept, renamed)
+    return Taught(all_scenes, demos, frozenset(unlisted), labelled, kept, renamed, together)
 
 
 def _reorder_scenes(

@@ -24,6 +24,7 @@ from demospec.errors import InputError, OutputError
 from demospec.frames import FloatArray
 from demospec.scene import Scene
 from demospec.studio.session._actions import Actions
+from demospec.studio.session._joining import Joined
 from demospec.studio.session._journal import Journal
 from demospec.studio.session._models import SO_FAR, ModelFiles, RulesSoFar
 from demospec.studio.session._replay import Taught, png_of, scene_body, taught
@@ -82,7 +83,7 @@ class Workbench(Actions):
         if not file.exists() and self.out.exists() and any(self.out.iterdir()):
             raise OutputError(f"{self.out}: exists without a journal (choose another --out)")
         self._lock = threading.RLock()
-        self._parsed: dict[int, Scene | Demonstration] = {}
+        self._parsed: dict[int, Scene | Demonstration | Joined] = {}
         self._standing: tuple[int, Taught] | None = None
         self._models = ModelFiles(model, run, set_folder)
         self._rules: dict[str, RulesSoFar] = {}
@@ -127,7 +128,19 @@ class Workbench(Actions):
     def basis_of(self, scene_id: str) -> str:
         """What a scene's lengths are compared with; see `comparable`."""
         scale = self.scale_of(scene_id)
+        if scale is None and scene_id in self.standing.together:
+            return self.standing.together[scene_id]
         return basis_of(self.scene(scene_id), scale, self.of_set(scene_id))
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """What a point holds."""
+        return ("x", "y") if self.original is None else self.original.columns
+
+    @property
+    def y(self) -> str:
+        """Where y points, seen from above: ``up`` or ``down``."""
+        return "down" if self.original is None else self.original.axes.y
 
     @property
     def standing(self) -> Taught:
@@ -183,7 +196,7 @@ class Workbench(Actions):
         shown = {**now.demonstrations, **{d.demo_id: d for d in instead}}
         if not shown:
             return None
-        columns = ("x", "y") if self.original is None else self.original.columns
+        columns = self.columns
         demos = [_padded(d, len(columns)) for d in shown.values()]
         scales = {name: self.scale_of(name) for name in now.scenes}
         common = self.metres_per_unit

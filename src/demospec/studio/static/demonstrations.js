@@ -1,5 +1,6 @@
 // Demonstrations: every path as a small picture; filters, bulk changes, people, history.
 import { prepared, ready } from "./connection.js";
+import { importing } from "./import.js";
 import { html, waitFor } from "./parts.js";
 import { ask, figure, tab, teachAt } from "./thumbs.js";
 
@@ -29,6 +30,7 @@ function paint() {
   field("type").replaceChildren(...options(doc.types, "everybody"));
   field("scene_id").replaceChildren(...options(doc.scene_ids, "all scenes"));
   field("give").replaceChildren(...doc.types.map((n) => new Option(n === "me" ? "you" : n, n)), new Option("somebody else…", ""));
+  for (const name of ["merge", "into"]) { const was = field(name).value; field(name).replaceChildren(...doc.scene_ids.map((n) => new Option(n))); if (doc.scene_ids.includes(was)) field(name).value = was; }
   field("rename").replaceChildren(...doc.types.map((n) => new Option(n === "me" ? "you" : n, n)));
   for (const name of ["type", "verdict", "scene_id"]) field(name).value = asked.get(name) ?? "";
   field("contradicting").checked = asked.get("contradicting") === "true";
@@ -39,7 +41,7 @@ function paint() {
     box.onchange = () => { box.checked ? chosen.add(d.demo_id) : chosen.delete(d.demo_id); marked(); };
     return figure(doc.scenes[d.scene_id], d, html("div", { class: "dm-under" }, html("label", {}, box, " choose"), html("a", { href: teachAt(d) }, "open")));
   }));
-  if (!doc.demonstrations.length) root.querySelector(".dm-grid").replaceChildren(html("p", { class: "soft" }, doc.all ? "No path passes these filters." : "Nothing was drawn yet: begin under Teach."));
+  if (!doc.demonstrations.length) root.querySelector(".dm-grid").replaceChildren(html("p", { class: "soft" }, doc.all ? "No path passes these filters." : "Nothing was drawn yet: begin under Teach, or drop recordings here."));
   root.querySelector(".dm-page").textContent = `page ${doc.page + 1} of ${doc.pages}`;
   root.querySelector('[data-do="before"]').disabled = doc.page === 0;
   root.querySelector('[data-do="after"]').disabled = doc.page + 1 >= doc.pages;
@@ -83,6 +85,17 @@ const acts = {
       say(`${changed} paths have another name. Undo takes it back.`);
     } catch (error) { say(error.message, true); }
   },
+  async scene(words, method, path, body) {
+    try {
+      await ask(method, path, body);
+      asked.delete("scene_id");
+      await load(); await past();
+      say(`${words} Undo takes it back.`);
+    } catch (error) { say(error.message, true); }
+  },
+  "rename-scene": () => acts.scene("The scene has another name.", "PUT", "scene-name", { scene_id: field("merge").value, name: field("scene-name").value.trim() }).then(() => { field("scene-name").value = ""; }),
+  "merge-scene": () => acts.scene(`The paths of ${field("merge").value} are now in ${field("into").value}.`, "POST", "scene-merge", { scene_id: field("merge").value, into: field("into").value }),
+  "drop-scene": () => acts.scene(`The scene ${field("merge").value} is gone, with its paths.`, "DELETE", `scene?${new URLSearchParams({ scene_id: field("merge").value })}`),
   undo: () => back("undo"),
   redo: () => back("redo"),
 };
@@ -117,8 +130,11 @@ root.innerHTML = `
   <p class="rv-said" role="status"></p>
   <div class="dm-grid"></div>
   <div class="dm-pages"><button type="button" class="plain-button small" data-do="before">← Earlier</button><span class="dm-page"></span><button type="button" class="plain-button small" data-do="after">Later →</button></div>
-  <div class="dm-below"><section class="card"><h2>People</h2><p class="soft">Another name for all paths of a person. The name of somebody who is there already makes two people one.</p>
+  <div class="dm-below"><section class="card dm-import"></section><section class="card"><h2>People</h2><p class="soft">Another name for all paths of a person. The name of somebody who is there already makes two people one.</p>
     <div class="tb-line"><select class="plain-input" name="rename" aria-label="Person"></select><span>is now</span><input class="plain-input" name="name" aria-label="New name" maxlength="60" autocomplete="off"><button type="button" class="plain-button" data-do="rename">Rename</button></div></section>
+    <section class="card"><h2>Scenes</h2><p class="soft">Another name, or two pictures of the same table in one: the paths of the first go to the second.</p>
+    <div class="tb-line"><select class="plain-input" name="merge" aria-label="Scene"></select><span>is now</span><input class="plain-input" name="scene-name" aria-label="New name of the scene" maxlength="60" autocomplete="off"><button type="button" class="plain-button" data-do="rename-scene">Rename</button></div>
+    <div class="tb-line"><span>its paths go to</span><select class="plain-input" name="into" aria-label="Scene that gets the paths"></select><button type="button" class="plain-button" data-do="merge-scene">Merge</button><button type="button" class="plain-button" data-do="drop-scene">Delete with its paths</button></div></section>
     <section class="card"><h2>What happened</h2><ol class="dm-history"></ol></section></div>`;
 root.querySelector(".dm-filters").addEventListener("submit", (e) => e.preventDefault());
 root.querySelector(".dm-filters").addEventListener("change", (e) => {
@@ -135,6 +151,7 @@ document.addEventListener("keydown", (e) => {
   const held = e.ctrlKey || e.metaKey, letter = e.key.toLowerCase();
   if ((held && letter === "z") || (!held && letter === "u")) { e.shiftKey ? acts.redo() : acts.undo(); e.preventDefault(); }
 });
+importing(root.querySelector(".dm-import"), async (count) => { await load(); await past(); say(`${count} ${count === 1 ? "path was" : "paths were"} taken in. Undo takes them back.`); });
 try { await load(); await past(); } catch (error) { say(error.message, true); }
 prepared();
 setInterval(async () => {
