@@ -215,14 +215,17 @@ def test_include_and_exclude(tmp_path: Path) -> None:
     for name in ("run1.csv", "run2.csv", "sub/run3.csv"):
         (tmp_path / "in" / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / "in" / name).write_text("x,y\n1,2\n3,4\n")
-    (tmp_path / "in" / "README.txt").write_text("Two runs and a third.\n")
+    for name in ("README.txt", "words.txt"):
+        (tmp_path / "in" / name).write_text("Two runs and a third.\n")
 
     def names(**given: object) -> list[str]:
         how = Mapping.model_validate(given)
         return [d.demo_id for d in read_source(tmp_path / "in", mapping=how).data.demonstrations]
 
-    with pytest.raises(InputError, match=r"README\.txt"):
+    with pytest.raises(InputError, match=r"words\.txt"):  # a README is no recording
         names()
+    with pytest.raises(InputError, match=r"README\.txt"):  # unless it is said to be one
+        names(include=["README.txt"])
     assert names(exclude=["*.txt"]) == ["run1", "run2", "run3"]
     assert names(include=["run*.csv"], exclude=["sub/*"]) == ["run1", "run2"]
     with pytest.raises(InputError, match="files that the patterns leave"):

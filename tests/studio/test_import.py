@@ -76,7 +76,8 @@ def test_metres_become_millimetres_of_a_new_scene_and_one_undo_takes_all_back(
     mine = bench.demonstrations[-2:]
     np.testing.assert_allclose(mine[0].xy, [[100, -200], [500, -250], [900, -200]])
     assert [(d.type, d.valid) for d in mine] == [("ann", True), ("ann", False)]
-    assert mine[0].t is not None and mine[0].t.tolist() == [0, 1, 2]
+    assert mine[0].t is not None
+    assert mine[0].t.tolist() == [0, 1, 2]
     assert bench.scale_of(mine[0].scene_id) == 0.001
     assert "took in 2 paths from runs.csv" in str(client.get("/api/history").json())
     written = read_set(bench.write())
@@ -138,10 +139,11 @@ def test_paths_go_to_a_table_that_is_there_where_lengths_allow_it(
     client: Any, bench: Workbench
 ) -> None:
     scene = bench.scenes[0].scene_id
-    pixels = CSV.replace(" [m]", "").replace("0.", "30")
+    pixels = CSV.replace(" [m]", "").replace("0.25", "305").replace("0.", "30")
     how = {**HOW, "columns": {"x": "px", "y": "py"}, "units": "px"}
     far = {"batch": dropped(client, far__csv=pixels.encode()), "how": how, "onto": scene}
-    assert "outside" in client.post("/api/import/look", json=far).json()["problem"]
+    problem = client.post("/api/import/look", json=far).json()["problem"]
+    assert "within one picture width of the picture (100x100)" in problem
     assert client.post("/api/import/take", json=far).status_code == 422
     near = {**far, "batch": dropped(client, near__csv=pixels.replace("30", "3").encode())}
     look = client.post("/api/import/look", json=near).json()
@@ -172,7 +174,7 @@ def test_what_cannot_be_read_is_refused_in_one_line_without_the_place(client: An
         answer = client.post("/api/import/look", json=body)
         assert answer.status_code == 422, files
         words = json.loads(answer.text)["detail"]
-        assert "\n" not in words and "demospec-" not in words and "--" not in words, words
+        assert not [bad for bad in ("\n", "demospec-", "--") if bad in words], words
     assert client.post("/api/import/look", json={"batch": "none"}).status_code == 422
     assert client.get("/api/import/progress?batch=none").status_code == 422
 
@@ -189,3 +191,10 @@ def test_scenes_of_one_scale_become_one(client: Any, bench: Workbench) -> None:
     bench.measure(one, 0.5, actor="tab-a")
     assert client.post("/api/scene-merge", json=body).status_code == 422
     assert client.post("/api/scene-merge", json={**body, "into": one}).status_code == 422
+
+
+def test_a_readme_beside_recordings_is_no_recording(client: Any) -> None:
+    batch = dropped(client, README__txt=b"Runs of ann.\nTaken at noon, in one go\n",
+                    runs__csv=CSV.encode())  # fmt: skip
+    look = client.post("/api/import/look", json={"batch": batch, "how": HOW}).json()
+    assert look["count"] == 2

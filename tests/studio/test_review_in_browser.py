@@ -99,3 +99,39 @@ def test_many_paths_are_changed_together(new_tab: Any, address: str, drawn: list
     page.locator(".dm-grid a").first.click()
     page.wait_for_selector("body[data-ready=yes]")
     page.wait_for_selector("#stage .path.chosen")
+
+
+def test_recordings_are_dropped_looked_at_and_taken_in(new_tab: Any, address: str) -> None:
+    page = new_tab()
+    opened(page, f"{address}/demonstrations")
+    lines = ["run,px [m],py [m],ok,who"]
+    for run, ok, y in (("a", "yes", 0.25), ("b", "no", 0.6)):
+        lines += [f"{run},{x},{y if x == 0.5 else 0.2},{ok},ann" for x in (0.1, 0.5, 0.9)]
+    page.evaluate(
+        """text => {
+            const data = new DataTransfer();
+            data.items.add(new File([text], "runs.csv"));
+            for (const kind of ["dragover", "drop"])
+                document.querySelector(".dm-grid").dispatchEvent(
+                    new DragEvent(kind, { bubbles: true, cancelable: true, dataTransfer: data }));
+        }""",
+        "\n".join(lines),
+    )
+    page.wait_for_selector(".im-paths .path-figure")
+    assert "nobody is named" in page.locator(".im-read").inner_text()
+    page.get_by_text("Read it differently").click()
+    for name, value in (("x", "px [m]"), ("y", "py [m]"), ("demonstration", "run"),
+                        ("valid", "ok"), ("type", "who")):  # fmt: skip
+        page.locator(f".dm-import [name={name}]").fill(value)
+    page.get_by_role("button", name="Read it like this").click()
+    page.wait_for_function("document.querySelector('.im-read').innerText.includes('1 accepted')")
+    assert page.locator(".im-paths .path-figure").count() == 2
+    told = page.locator(".im-read").inner_text()
+    assert "x from px [m]" in told, told
+    assert "1 accepted, 1 rejected, 0 not said" in told, told
+    before = asked(address, "/api/gallery")["all"]
+    page.get_by_role("button", name="Take in 2 paths").click()
+    page.wait_for_function("document.querySelector('.rv-said').innerText.includes('taken in')")
+    assert asked(address, "/api/gallery?type=ann")["count"] == 2
+    page.get_by_role("button", name="Undo").click()
+    until(lambda: asked(address, "/api/gallery")["all"] == before)

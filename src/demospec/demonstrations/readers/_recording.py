@@ -251,10 +251,17 @@ def chosen_camera(asked: str | None, cameras: tuple[str, ...]) -> str | None:
     return found[0] if found else None
 
 
+_ABOUT = ("readme", "license", "licence", "copying", "notice", "citation", "authors", "changelog",
+          "requirements")  # fmt: skip
+"""Text files that stand beside recordings and hold none."""
+
+
 def wanted_files(
     folder: Path, suffixes: tuple[str, ...], mapping: Mapping, left_out: tuple[Path, ...] = ()
 ) -> list[Path]:
     """The files of a folder that hold recordings: by ending, and as the mapping says.
+
+    A README, a licence and their like are left out unless the mapping's patterns name them.
 
     Raises:
         InputError: The mapping's patterns leave no file.
@@ -265,6 +272,8 @@ def wanted_files(
             continue
         names = (file.relative_to(folder).as_posix(), file.name)
         if mapping.include and not _fits(names, mapping.include):
+            continue
+        if not mapping.include and file.suffix == ".txt" and file.stem.lower() in _ABOUT:
             continue
         if not _fits(names, mapping.exclude):
             out.append(file)

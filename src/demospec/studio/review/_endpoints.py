@@ -184,17 +184,18 @@ def review_router(bench: Workbench) -> APIRouter:
     @router.post("/import/look", summary="Read recordings and keep nothing")
     def post_look(new: Dropped) -> dict[str, Any]:
         found, source = incoming.read(new.batch, new.how, pictures=False)
-        problem, said = "", ()
+        fitted, problem, said = found.data, "", list[str]()
         try:
-            fitted, said = bench.fitted(found.data, new.onto)
+            fitted, changes = bench.fitted(found.data, new.onto)
+            said += changes
         except InputError as error:
-            fitted, problem = found.data, str(error)
+            problem = str(error)
         first = list(fitted.demonstrations)[:SHOWN]
         shown = {d.scene_id for d in first}
         return {
             **described(found),
             "source": source,
-            "changes": list(said),
+            "changes": said,
             "problem": problem,
             "demonstrations": [small(d) for d in first],
             "scenes": {s.scene_id: frame_of(s) for s in fitted.scenes if s.scene_id in shown},

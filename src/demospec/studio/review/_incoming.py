@@ -26,15 +26,15 @@ class How(BaseModel):
     """How dropped recordings are read: a part of the mapping of ``demospec convert``."""
 
     model_config = ConfigDict(extra="forbid")
-    format: str | None = Field(None, description="One of the formats of demospec convert.")
-    columns: dict[str, str] | None = Field(None, description="Ours → theirs: x, y, z, …")
-    path: str | None = Field(None, description="Array, feature or topic of the path.")
-    demonstration: str | None = Field(None, description="Column that tells paths apart.")
+    format: str | None = Field(default=None, description="One of the formats of demospec convert.")
+    columns: dict[str, str] | None = Field(default=None, description="Ours → theirs: x, y, z, …")
+    path: str | None = Field(default=None, description="Array, feature or topic of the path.")
+    demonstration: str | None = Field(default=None, description="Column that tells paths apart.")
     time: str | None = None
     time_unit: str | None = None
-    units: str | None = Field(None, description="px, m, cm or mm.")
-    metres_per_unit: float | None = Field(None, gt=0, allow_inf_nan=False)
-    plane: str | None = Field(None, description="xy, zx, yz or xz.")
+    units: str | None = Field(default=None, description="px, m, cm or mm.")
+    metres_per_unit: float | None = Field(default=None, gt=0, allow_inf_nan=False)
+    plane: str | None = Field(default=None, description="xy, zx, yz or xz.")
     valid: str | None = None
     type: str | None = None
     demonstrator: str | None = None

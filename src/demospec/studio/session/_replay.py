@@ -106,10 +106,10 @@ def taught(
                 together[scene.scene_id] = joined.together
                 if scene.objects is None:
                     unlisted.add(scene.scene_id)
-            for demo in joined.demonstrations:
-                if demo.scene_id in all_scenes:
-                    demos[demo.demo_id] = demo
-                    labelled[demo.demo_id] = event.seq
+            for brought in joined.demonstrations:
+                if brought.scene_id in all_scenes:
+                    demos[brought.demo_id] = brought
+                    labelled[brought.demo_id] = event.seq
         elif event.kind == "keep":
             kept |= dict.fromkeys(body["demo_ids"], event.seq)
         elif event.kind == "add":

@@ -121,7 +121,7 @@ root.innerHTML = `
     <label>Scene <select class="plain-input" name="scene_id"></select></label>
     <label class="dm-check"><input type="checkbox" name="contradicting"> contradicting others</label>
     <span class="dm-count" aria-live="polite"></span></form>
-  <div class="dm-bulk"><span class="dm-chosen"></span>
+  <div class="dm-list"><div class="dm-bulk"><span class="dm-chosen"></span>
     <button type="button" class="plain-button small" data-do="all">Choose this page</button><button type="button" class="plain-button small" data-do="none" data-bulk>Choose none</button>
     <button type="button" class="plain-button small" data-do="accept" data-bulk>Accept</button><button type="button" class="plain-button small" data-do="reject" data-bulk>Reject</button>
     <button type="button" class="plain-button small" data-do="unsay" data-bulk>No verdict</button><button type="button" class="plain-button small" data-do="remove" data-bulk>Delete</button>
@@ -129,7 +129,7 @@ root.innerHTML = `
     <button type="button" class="plain-button small" data-do="undo">Undo <kbd>U</kbd></button><button type="button" class="plain-button small" data-do="redo">Redo</button></div>
   <p class="rv-said" role="status"></p>
   <div class="dm-grid"></div>
-  <div class="dm-pages"><button type="button" class="plain-button small" data-do="before">← Earlier</button><span class="dm-page"></span><button type="button" class="plain-button small" data-do="after">Later →</button></div>
+  <div class="dm-pages"><button type="button" class="plain-button small" data-do="before">← Earlier</button><span class="dm-page"></span><button type="button" class="plain-button small" data-do="after">Later →</button></div></div>
   <div class="dm-below"><section class="card dm-import"></section><section class="card"><h2>People</h2><p class="soft">Another name for all paths of a person. The name of somebody who is there already makes two people one.</p>
     <div class="tb-line"><select class="plain-input" name="rename" aria-label="Person"></select><span>is now</span><input class="plain-input" name="name" aria-label="New name" maxlength="60" autocomplete="off"><button type="button" class="plain-button" data-do="rename">Rename</button></div></section>
     <section class="card"><h2>Scenes</h2><p class="soft">Another name, or two pictures of the same table in one: the paths of the first go to the second.</p>

@@ -22,7 +22,7 @@ const line = (points) => points.map((p) => p.join(",")).join(" ");
 
 /** One or more paths over their scene. */
 export function thumb(scene, demos) {
-  const [x, y, w, h] = scene.size ? [0, 0, ...scene.size] : padded(scene.bounds);
+  const [x, y, w, h] = scene.size ? [0, 0, ...scene.size] : padded(around(scene.bounds, demos));
   const unit = Math.max(w, h) / 200;
   const layers = [];
   if (scene.picture) layers.push(node("image", { href: `/api/scenes/${encodeURIComponent(demos[0].scene_id)}/picture.png`, width: w, height: h, preserveAspectRatio: "none", loading: "lazy" }));
@@ -34,9 +34,16 @@ export function thumb(scene, demos) {
   return node("svg", { class: "scene thumb", viewBox: `${x} ${y} ${w} ${h}`, "aria-hidden": "true", style: `--line-px:${unit}px` }, ...layers);
 }
 
+/** Without a picture nothing says where a table ends: paths are always inside. */
+function around([x0, y0, x1, y1], demos) {
+  const all = demos.flatMap((d) => d.points), xs = all.map((p) => p[0]), ys = all.map((p) => p[1]);
+  return [Math.min(x0, ...xs), Math.min(y0, ...ys), Math.max(x1, ...xs), Math.max(y1, ...ys)];
+}
+
 function padded([x0, y0, x1, y1]) {
   const pad = 0.08 * Math.max(x1 - x0, y1 - y0);
-  return [x0 - pad, y0 - pad, x1 - x0 + 2 * pad, y1 - y0 + 2 * pad];
+  const w = x1 - x0 + 2 * pad, h = Math.max(y1 - y0 + 2 * pad, 0.5 * w); // never a strip
+  return [x0 - pad, (y0 + y1 - h) / 2, w, h];
 }
 
 /** Where a path is taught on. */
