@@ -1,4 +1,4 @@
-"""`demospec edit`: merge, split, relabel, drop, crop, rescale, trim; always into a new set."""
+"""`demospec edit`: merge, split, relabel, prefer, drop, crop, rescale, trim; into a new set."""
 
 from __future__ import annotations
 
@@ -36,13 +36,13 @@ def register(app: typer.Typer, epilog: str | None = None) -> None:
     edit = typer.Typer(
         name="edit",
         cls=FullSentences,
-        help="Merge, split, relabel, drop, crop, rescale or trim, always into a new set.",
+        help="Merge, split, relabel, prefer, drop, crop, rescale or trim, always into a new set.",
         epilog=epilog,
         no_args_is_help=True,
         rich_markup_mode=None,
         context_settings={"help_option_names": ["-h", "--help"]},
     )
-    for command in (merge, split, relabel, drop, crop, rescale, trim):
+    for command in (merge, split, relabel, prefer, drop, crop, rescale, trim):
         edit.command(command.__name__)(command)
     app.add_typer(edit, name="edit")
 
@@ -146,6 +146,29 @@ def relabel(
     record = {"changes": changes, "by_audit": doubted}
     _write(edit.relabel(data, changes), out, "relabel", record, [set_folder], json, force,
            truth=True)  # fmt: skip
+
+
+def prefer(
+    set_folder: SetFolder,
+    out: OutFolder,
+    pairs: Annotated[
+        Path,
+        typer.Option("--pairs", help="CSV: preferred, other (demo_ids) and, perhaps, type."),
+    ],
+    json: Json = False,
+    force: Force = False,
+) -> None:
+    """Add pairs: one demonstration rather than another; labels stay what they are."""
+    from demospec.demonstrations import edit, read_set
+
+    data = read_set(set_folder)
+    more = edit.read_pair_table(pairs)
+    try:
+        data = edit.prefer(data, more)
+    except InputError as error:
+        raise error.at(file=pairs) from error
+    record = {"pairs": len(more)}
+    _write(data, out, "prefer", record, [set_folder], json, force, truth=True)
 
 
 def drop(

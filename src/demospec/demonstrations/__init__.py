@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     )
     from demospec.demonstrations._motion import Motion, Motions
     from demospec.demonstrations._one_unit import in_one_unit
+    from demospec.demonstrations._pairs import Pair
     from demospec.demonstrations._protocol import (
         DifferentiableView,
         JudgingView,
@@ -61,6 +62,7 @@ __all__ = [
     "JudgingView",
     "Motion",
     "Motions",
+    "Pair",
     "Paths",
     "Problem",
     "ValidityModel",
@@ -105,6 +107,7 @@ _HOME = {
     "MAX_POINTS": "_trajectory",
     "Motion": "_motion",
     "Motions": "_motion",
+    "Pair": "_pairs",
     "Paths": "_protocol",
     "Problem": "validation._check",
     "ValidityModel": "_protocol",

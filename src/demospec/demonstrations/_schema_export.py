@@ -40,6 +40,19 @@ class DemonstrationRow(BaseModel):
     """How acceptable; without ``valid``, one half and more is accepted."""
 
 
+class PairRow(BaseModel):
+    """One row of ``pairs.parquet``, as Arrow reads it."""
+
+    model_config = ConfigDict(extra="allow", strict=True)
+
+    preferred: str
+    """A demonstration of the set."""
+    other: str
+    """Another one."""
+    type: str | None = None
+    """Who prefers; without it, the type of both demonstrations."""
+
+
 class AuditedDemonstration(BaseModel):
     """One demonstration in the JSON of ``demospec audit``."""
 
@@ -69,6 +82,7 @@ def schemas() -> dict[str, dict[str, Any]]:
         "dataset": (Header, "dataset.json of a demonstration set"),
         "scene": (SceneLine, "one line of scenes/metadata.jsonl of a demonstration set"),
         "demonstration": (DemonstrationRow, "one row of demonstrations.parquet"),
+        "pair": (PairRow, "one row of pairs.parquet"),
         "mapping": (Mapping, "a mapping file of demospec convert --map"),
         "audit": (AuditDocument, "the answer of demospec audit --json"),
     }

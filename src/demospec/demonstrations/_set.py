@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from demospec.demonstrations._motion import Motion, Motions
+from demospec.demonstrations._pairs import Pair, checked_pairs
 from demospec.demonstrations._trajectory import Demonstrations
 from demospec.errors import InputError
 from demospec.frames import METRES, Frame, metres_of_unit
@@ -35,6 +36,8 @@ class DemonstrationSet:
         columns: What a point holds; ``x``, ``y`` first.
         extra: Further keys of ``dataset.json``, kept as they came.
         frame: The frame in which the coordinates came, or None where nobody said.
+        pairs: Demonstrations preferred to others. A part of the set keeps the pairs of which it
+            has both.
 
     Raises:
         InputError: With field and row; `demospec.demonstrations.read_set` adds the file.
@@ -50,6 +53,7 @@ class DemonstrationSet:
     columns: tuple[str, ...] = ("x", "y")
     extra: tuple[tuple[str, Any], ...] = field(default=(), compare=False)
     frame: Frame | None = None
+    pairs: tuple[Pair, ...] = ()
 
     @property
     def axes(self) -> Frame:
@@ -67,6 +71,11 @@ class DemonstrationSet:
         _check_header(self)
         _check_scenes(self)
         _check_demonstrations(self)
+        if self.pairs:
+            d = self.demonstrations
+            type_of = dict(zip(d.demo_id.tolist(), d.type.tolist(), strict=True))
+            pairs = checked_pairs(self.pairs, type_of, self.types)
+            object.__setattr__(self, "pairs", pairs)
 
     @cached_property
     def scene_index(self) -> dict[str, int]:

@@ -1,4 +1,4 @@
-"""The set format on disk: dataset.json, scenes/metadata.jsonl, demonstrations.parquet."""
+"""The set format on disk: dataset.json, scenes/metadata.jsonl, demonstrations and pairs."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from demospec.demonstrations._migrate import (
     migrate_scene,
     version_of,
 )
+from demospec.demonstrations._pairs import PAIRS, Pair, read_pairs, write_pairs
 from demospec.demonstrations._schema import Header, SceneLine, parse
 from demospec.demonstrations._set import DemonstrationSet
 from demospec.demonstrations._table import read_table, write_table
@@ -30,7 +31,8 @@ def read_set(folder: str | os.PathLike[str]) -> DemonstrationSet:
     """Reads a demonstration set.
 
     Args:
-        folder: Holds ``dataset.json``, ``scenes/`` and ``demonstrations.parquet``.
+        folder: Holds ``dataset.json``, ``scenes/``, ``demonstrations.parquet`` and, where pairs
+            were compared, ``pairs.parquet``.
 
     Raises:
         InputError: Naming file, row, field, what was expected and what came.
@@ -39,7 +41,8 @@ def read_set(folder: str | os.PathLike[str]) -> DemonstrationSet:
     header, version = read_header(root)
     scenes = read_scenes(root, version)
     demonstrations = read_table(root / PARQUET, columns=len(header.columns), version=version)
-    return assemble(root, header, scenes, demonstrations)
+    pairs = read_pairs(root / PAIRS, set(demonstrations.demo_id.tolist()))
+    return assemble(root, header, scenes, demonstrations, pairs)
 
 
 def set_folder(folder: str | os.PathLike[str]) -> Path:
@@ -55,7 +58,11 @@ def set_folder(folder: str | os.PathLike[str]) -> Path:
 
 
 def assemble(
-    root: Path, header: Header, scenes: tuple[Scene, ...], demonstrations: Demonstrations
+    root: Path,
+    header: Header,
+    scenes: tuple[Scene, ...],
+    demonstrations: Demonstrations,
+    pairs: tuple[Pair, ...] = (),
 ) -> DemonstrationSet:
     """The set (or one batch of it), validated; faults name the file they are in."""
     try:
@@ -70,6 +77,7 @@ def assemble(
             columns=tuple(header.columns),
             extra=tuple((header.model_extra or {}).items()),
             frame=None if header.frame is None else header.frame.to_frame(),
+            pairs=pairs,
         )
     except InputError as error:
         raise error.at(file=_file_of(root, error)) from error
@@ -77,6 +85,8 @@ def assemble(
 
 def _file_of(root: Path, error: InputError) -> Path:
     field = (error.field or "").split(".")[0]
+    if field == "pairs":
+        return root / PAIRS
     if field in ("metres_per_unit", "frame", "types", "symbols", "columns"):
         return root / "dataset.json"
     if field in ("objects", "scenes") or (
@@ -177,6 +187,8 @@ def write_set(
             lines.append(SceneLine.of(scene, name).line())
         (root / "scenes" / "metadata.jsonl").write_text("".join(lines), encoding="utf-8")
         write_table(data.demonstrations, root / PARQUET)
+        if data.pairs:
+            write_pairs(data.pairs, root / PAIRS)
         for file_name, document in (documents or {}).items():
             (root / file_name).write_text(to_json(document) + "\n", encoding="utf-8")
     return Path(folder)

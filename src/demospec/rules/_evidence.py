@@ -58,6 +58,33 @@ class Column:
 
 
 @dataclass(frozen=True, eq=False)
+class Preferences:
+    """Pairs of paths, measured: which of two somebody would rather have.
+
+    Args:
+        preferred, other: (q, K) values, as those of `Evidence`.
+        names: (q, 2) demonstrations, the preferred one first.
+        person: (q,) who prefers.
+    """
+
+    preferred: FloatArray
+    other: FloatArray
+    names: NDArray[np.object_]
+    person: NDArray[np.object_]
+
+    def __len__(self) -> int:
+        return len(self.person)
+
+    def view(self, keep: Bools) -> Preferences | None:
+        """Some of the pairs; None where none is left."""
+        if not keep.any():
+            return None
+        return Preferences(
+            self.preferred[keep], self.other[keep], self.names[keep], self.person[keep]
+        )
+
+
+@dataclass(frozen=True, eq=False)
 class Evidence:
     """Labelled demonstrations, measured.
 
@@ -75,6 +102,8 @@ class Evidence:
         notes: What was left out, and why.
         encounters: Past which objects the demonstrations lead (measured when asked for), or
             None where it is not known.
+        preferences: Pairs that were compared, of demonstrations with labels and without; None
+            where there are none.
     """
 
     columns: tuple[Column, ...]
@@ -92,6 +121,7 @@ class Evidence:
     distance: Distance = "footprint"
     notes: tuple[str, ...] = ()
     encounters: Callable[[], Passes] | None = field(default=None, repr=False)
+    preferences: Preferences | None = None
 
     @classmethod
     def of(
@@ -136,10 +166,13 @@ class Evidence:
     @property
     def persons(self) -> tuple[str, ...]:
         """Who demonstrated, in order of first appearance."""
-        return tuple(dict.fromkeys(self.person.tolist()))
+        who = self.person.tolist()
+        if self.preferences is not None:
+            who += self.preferences.person.tolist()
+        return tuple(dict.fromkeys(who))
 
     def view(self, keep: ArrayLike) -> Evidence:
-        """Some of the demonstrations: a mask, or rows in ascending order."""
+        """Some of the demonstrations (a mask, or rows in ascending order), and all pairs."""
         mask = np.asarray(keep)
         if mask.dtype != np.bool_:
             chosen = np.zeros(len(self), dtype=bool)
@@ -162,8 +195,24 @@ class Evidence:
         )
 
     def of_person(self, name: str) -> Evidence:
-        """The demonstrations of one person."""
-        return self.view(self.person == name)
+        """The demonstrations and the pairs of one person."""
+        own, pairs = self.view(self.person == name), self.preferences
+        if pairs is None:
+            return own
+        return replace(own, preferences=pairs.view(pairs.person == name))
+
+    @property
+    def compared(self) -> FloatArray:
+        """(n + 2 q, K) values of the demonstrations, then of the preferred, then of the others."""
+        pairs = self.preferences
+        if pairs is None:
+            return self.values
+        return np.concatenate([self.values, pairs.preferred, pairs.other])
+
+    @property
+    def pairs(self) -> int:
+        """How many pairs were compared."""
+        return 0 if self.preferences is None else len(self.preferences)
 
     def by_person(self) -> dict[str, Evidence]:
         """Each person's own."""
@@ -179,7 +228,9 @@ class Evidence:
         parts = blake2b(repr((self.columns, self.extent, self.distance)).encode(), digest_size=16)
         for array in (self.values, self.valid, self.score, self.error, self.seen):
             parts.update(np.ascontiguousarray(array).tobytes())
-        parts.update(repr((self.scene.tolist(), self.encounters is None)).encode())
+        if self.preferences is not None:
+            parts.update(np.ascontiguousarray(self.compared).tobytes())
+        parts.update(repr((self.pairs, self.scene.tolist(), self.encounters is None)).encode())
         return parts.digest()
 
 

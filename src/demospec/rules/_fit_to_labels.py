@@ -1,4 +1,4 @@
-"""The test of a clearance fit against the labels of the set that it was learned from."""
+"""The test of a clearance fit against the labels and pairs that it was learned from."""
 
 from __future__ import annotations
 
@@ -9,13 +9,24 @@ import numpy as np
 from demospec.demonstrations import DemonstrationSet
 from demospec.frames import FloatArray
 from demospec.rules._covariates import covariates_of
-from demospec.rules._evidence import Bools, Evidence
-from demospec.rules._goodness import Fit, FitVerdict, goodness_of_fit
+from demospec.rules._evidence import Bools, Evidence, Preferences
+from demospec.rules._goodness import (
+    CHANCE,
+    EXPLAINED,
+    LEAST,
+    Fit,
+    FitVerdict,
+    candidates,
+    goodness_of_fit,
+)
 from demospec.rules._residuals import Suspect
 from demospec.rules._two_people import two_people
 from demospec.rules.clearance._fit import ClearanceFit
 from demospec.rules.clearance._likelihood import margins
 from demospec.rules.constraints._learned import Learned
+
+_DRAWS = 199
+_THRESHOLDS = 200
 
 
 def goodness_of(
@@ -32,9 +43,11 @@ def goodness_of(
     """
     if beside is not None and beside.constraints:
         return _conjunction(data, own, fit, beside)
+    limit = np.array([[fit.rule.value.get(name, -np.inf) for name in own.names]])
+    if own.preferences is not None and len(set(own.valid.tolist())) < 2:
+        return goodness_of_pairs(own.preferences, limit[0])
     wrong = np.zeros(len(own), dtype=bool)
     wrong[list(fit.contradicted)] = True
-    limit = np.array([[fit.rule.value.get(name, -np.inf) for name in own.names]])
     predicted = fit.p_valid(own.values)
     tested = goodness_of_fit(
         own.values,
@@ -92,3 +105,55 @@ def _conjunction(data: DemonstrationSet, own: Evidence, fit: ClearanceFit, besid
 def _spread(values: FloatArray) -> float:
     finite = values[np.isfinite(values)]
     return float(finite.std()) or 1.0 if len(finite) else 1.0
+
+
+def goodness_of_pairs(pairs: Preferences, clearance: FloatArray, *, seed: int = 0) -> Fit:
+    """The verdict on a rule by the pairs that it decides.
+
+    Chance swaps the two paths of each pair at random, and chooses anew among rules of the same
+    family: a few classes, and a threshold, or "farther is better" throughout. By chance half of
+    the pairs that a rule decides contradict it.
+
+    Args:
+        pairs: Of one person, at least one.
+        clearance: (K,) the rule; −inf where a class does not matter.
+
+    Source:
+        None: the paper has no pairs.
+    """
+    q = len(pairs)
+    better, other = (margins(d, clearance[None])[0] >= 0 for d in (pairs.preferred, pairs.other))
+    decided, missed = int((better != other).sum()), int((other & ~better).sum())
+    sign = np.where(np.random.default_rng(seed).random((_DRAWS, q)) < 0.5, -1.0, 1.0)
+    score = _preference(pairs, np.concatenate([np.ones((1, q)), sign]))
+    p_chance = float((1 + (score[1:] >= score[0] - 1e-9).sum()) / (1 + _DRAWS))
+    explained = float(np.clip(1.0 - 2.0 * missed / decided, 0.0, 1.0)) if decided else 0.0
+    verdict: FitVerdict = "explains"
+    if p_chance > CHANCE or explained < LEAST:
+        verdict = "not"
+    elif explained < EXPLAINED:
+        verdict = "partly"
+    return Fit(verdict, explained, missed, q, decided / 2, p_chance)
+
+
+def _preference(pairs: Preferences, sign: FloatArray) -> FloatArray:
+    """(b,) greatest log-likelihood ratio of "the safer path is preferred more often", over the
+    rules of the family, for each way (b, q) of swapping pairs (−1)."""
+    q = len(pairs)
+    best = np.zeros(len(sign))
+    for near in candidates(np.concatenate([pairs.preferred, pairs.other])):
+        one, two = near[:q], near[q:]
+        cuts = np.unique(near[np.isfinite(near)])
+        if len(cuts) > _THRESHOLDS:
+            cuts = cuts[np.linspace(0, len(cuts) - 1, _THRESHOLDS).astype(np.int64)]
+        kept = (one[:, None] >= cuts).astype(np.float64) - (two[:, None] >= cuts)
+        with np.errstate(invalid="ignore"):  # both of them past nothing
+            farther = np.nan_to_num(np.sign(one - two))
+        decides = np.concatenate([kept, farther[:, None]], axis=1)
+        total, gain = np.abs(decides).sum(axis=0), sign @ decides
+        right, wrong = (total + gain) / 2, (total - gain) / 2
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratio = np.where(right > 0, right * np.log(2 * right / total), 0.0)
+            ratio += np.where(wrong > 0, wrong * np.log(2 * wrong / total), 0.0)
+        best = np.maximum(best, np.where(gain > 0, ratio, 0.0).max(axis=1))
+    return best

@@ -204,7 +204,7 @@ def _separation(safe: FloatArray, labels: BoolArray) -> tuple[FloatArray, FloatA
     best = np.zeros(len(labels))
     errors = np.minimum(accepted, n - accepted)
     whole = _log_likelihood(accepted, n - accepted)
-    for near in _candidates(safe):
+    for near in candidates(safe):
         order = np.argsort(near, kind="stable")
         ranked = near[order]
         cut = np.arange(1, n + 1)
@@ -229,7 +229,7 @@ def _separation(safe: FloatArray, labels: BoolArray) -> tuple[FloatArray, FloatA
     return best, errors
 
 
-def _candidates(safe: FloatArray) -> list[FloatArray]:
+def candidates(safe: FloatArray) -> list[FloatArray]:
     """(n,) least column of every class, every pair of classes (few classes), and of all."""
     present = np.flatnonzero(np.isfinite(safe).any(axis=0)).tolist()
     sets: list[tuple[int, ...]] = [(k,) for k in present]

@@ -107,7 +107,7 @@ def _type_rules(
         **fit_document(fit, own),
         "mode": found.mode,
     }
-    if not fit.contradicted:
+    if not fit.contradicted and own.preferences is None:
         evidence["decided"] = decided_by(fit.rule.value, own.names, own.values, own.valid)
     if beside is not None:
         evidence["constraints"] = beside.document
@@ -136,7 +136,7 @@ def type_sentence(
 ) -> str:
     """The clearance rule of one type in plain words, with its doubt where it was tested."""
     scale, units, valid = data.metres_per_unit, data.units, own.valid
-    if valid.all():
+    if valid.all() and not own.pairs:
         return _positive_only(fit, scale, units, own.unit)
     text = clearance_words(
         fit.rule.value,
@@ -149,7 +149,7 @@ def type_sentence(
         undecided=fit.undecided,
         instead=_confounded(fit),
     )
-    if not valid.any():
+    if not valid.any() and not own.pairs:
         return f"{text}; no demonstration was accepted, so that larger distances are not ruled out"
     return text if tested is None else with_doubt(text, tested)
 

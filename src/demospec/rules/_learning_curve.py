@@ -86,7 +86,7 @@ def enough_set(
 
     seen = evidence_of(in_one_unit(data), split=split, distance=distance)
     known = fit(seen, sharing=sharing).people
-    names = sorted(known)
+    names = sorted(name for name in known if len(seen.of_person(name)))
     rng = np.random.default_rng(seed)
     out: dict[str, Any] = {}
     done, total = 0, len(names) * resamples

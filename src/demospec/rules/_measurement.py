@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import cache, partial
 from typing import Any, Protocol, TypeVar
 
@@ -14,7 +15,7 @@ from demospec.errors import CannotJudgeError, InputError
 from demospec.frames import FloatArray
 from demospec.parallel import run_tasks
 from demospec.progress import Progress, silent
-from demospec.rules._evidence import Bools, Column, Evidence
+from demospec.rules._evidence import Bools, Column, Evidence, Preferences
 from demospec.rules._rule_set import ANYONE
 from demospec.rules.clearance._encounters import Passes, passes
 from demospec.rules.clearance._measure import Distance, nearest_approach, nearest_approaches
@@ -70,7 +71,9 @@ def evidence_of(
         CannotJudgeError: No labelled demonstration is in a scene that can be measured.
         InputError: No demonstration is labelled.
     """
-    keep, person, notes = _kept(data, split, untyped)
+    kept = _kept(data, split, untyped)
+    labelled, person, notes = kept.labelled, kept.person, kept.notes
+    keep = labelled | kept.compared
     symbols = data.symbols if observer is None else observer.symbols
     d = data.demonstrations
     rows: list[NDArray[np.int64]] = []
@@ -104,6 +107,9 @@ def evidence_of(
     chosen = np.concatenate(rows)[order]
     values = np.concatenate(parts)[order]
     counts = [len(mine) for mine in rows]
+    pairs = _preferences(data, kept, chosen, values)
+    judged = labelled[chosen]
+    chosen, values, order = chosen[judged], values[judged], order[judged]
     seen = np.repeat(np.arange(len(parts)) >= listed, counts)[order]
     extent = data.length_scale
     encounters = None
@@ -137,22 +143,44 @@ def evidence_of(
         distance=distance,
         notes=tuple(notes),
         encounters=encounters,
+        preferences=pairs,
     )
 
 
-def _kept(
-    data: DemonstrationSet, split: str | None, untyped: bool
-) -> tuple[Bools, NDArray[np.object_], list[str]]:
+@dataclass(frozen=True)
+class _Kept:
+    """What is learned from.
+
+    Args:
+        labelled, compared: (n,) demonstrations with a label, and those of pairs.
+        person: (n,) whose each is.
+        pairs: (preferred, other, who prefers), rows of the set.
+        notes: What was left out.
+    """
+
+    labelled: Bools
+    compared: Bools
+    person: NDArray[np.object_]
+    pairs: list[tuple[int, int, str]]
+    notes: list[str]
+
+
+def _kept(data: DemonstrationSet, split: str | None, untyped: bool) -> _Kept:
     """Which demonstrations are learned from, whose each is, and what was left out."""
     d = data.demonstrations
     notes = []
     labelled = d.valid >= 0
-    if not labelled.any():
+    row_of = {name: i for i, name in enumerate(d.demo_id.tolist())} if data.pairs else {}
+    rows = [(row_of[p.preferred], row_of[p.other], p.type) for p in data.pairs]
+    in_pair = np.zeros(len(d), dtype=bool)
+    in_pair[[row for one, two, _ in rows for row in (one, two)]] = True
+    if not labelled.any() and not rows:
         raise InputError(
             "demonstrations labelled valid or not", "labels that are all null", field="valid"
         )
-    if not labelled.all():
-        notes.append(f"{int((~labelled).sum())} demonstrations without a label are ignored")
+    silent_rows = int((~labelled & ~in_pair).sum())
+    if silent_rows:
+        notes.append(f"{silent_rows} demonstrations without a label are ignored")
     keep = labelled
     known = sorted({s.split for s in data.scenes})
     if split not in (None, "train", *known):
@@ -160,20 +188,52 @@ def _kept(
     if split is not None and any(s.split == split for s in data.scenes):
         inside = {s.scene_id for s in data.scenes if s.split == split}
         in_split = np.array([s in inside for s in d.scene_id], dtype=bool)
-        if (keep & in_split).any():
+        if ((keep | in_pair) & in_split).any():
             left_out = int((keep & ~in_split).sum())
-            keep = keep & in_split
+            keep, in_pair = keep & in_split, in_pair & in_split
             if left_out:
                 notes.append(f"{left_out} demonstrations of other splits than {split} are left out")
     typed = np.array([t is not None for t in d.type], dtype=bool)
     person = np.where(typed, d.type, ANYONE)
-    if not (typed & keep).any():
+    rows = [(one, two, who) for one, two, who in rows if in_pair[one] and in_pair[two]]
+    named = any(who is not None for _, _, who in rows)
+    if not (typed & (keep | in_pair)).any() and not named:
         person = np.full(len(d), ANYONE, dtype=object)
         notes.append(f"no demonstration has a user type: all are taken for one, {ANYONE!r}")
     elif not typed[keep].all() and not untyped:
         notes.append(f"{int((keep & ~typed).sum())} demonstrations without a user type are ignored")
         keep = keep & typed
-    return keep, person, notes
+    pairs = [(one, two, str(person[one]) if who is None else who) for one, two, who in rows]
+    everybody = set(person[typed].tolist()) | {who for _, _, who in rows if who is not None}
+    if everybody and not untyped:
+        nameless = sum(who not in everybody for _, _, who in pairs)
+        if nameless:
+            notes.append(f"{nameless} pairs of nobody's type are ignored")
+        pairs = [pair for pair in pairs if pair[2] in everybody]
+    compared = np.zeros(len(d), dtype=bool)
+    compared[[row for one, two, _ in pairs for row in (one, two)]] = True
+    return _Kept(keep, compared, person, pairs, notes)
+
+
+def _preferences(
+    data: DemonstrationSet, kept: _Kept, chosen: NDArray[np.int64], values: FloatArray
+) -> Preferences | None:
+    """The pairs of which both demonstrations (rows `chosen`) were measured."""
+    place = {row: i for i, row in enumerate(chosen.tolist())}
+    pairs = [p for p in kept.pairs if p[0] in place and p[1] in place]
+    if len(pairs) < len(kept.pairs):
+        unseen = len(kept.pairs) - len(pairs)
+        kept.notes.append(f"{unseen} pairs in scenes that are skipped are ignored")
+    if not pairs:
+        return None
+    one, two, who = zip(*pairs, strict=True)
+    names = np.array([one, two]).T
+    person = np.empty(len(pairs), dtype=object)
+    person[:] = who
+    return Preferences(
+        values[[place[row] for row in one]], values[[place[row] for row in two]],
+        data.demonstrations.demo_id[names], person,
+    )  # fmt: skip
 
 
 def encounters_of(

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from demospec.demonstrations._pairs import Pair, read_pair_table
 from demospec.demonstrations._provenance import provenance, refuse_inside, write_edited
 from demospec.demonstrations._set import DemonstrationSet
 from demospec.demonstrations._trajectory import (
@@ -26,8 +27,9 @@ from demospec.errors import InputError
 from demospec.scene import Scene
 
 __all__ = [
-    "crop", "doubted", "drop", "joined", "merge", "provenance", "refuse_inside", "refuse_many",
-    "relabel", "repeated", "rescale", "scaled_by", "split", "trim", "write_edited",
+    "crop", "doubted", "drop", "joined", "merge", "prefer", "provenance", "read_pair_table",
+    "refuse_inside", "refuse_many", "relabel", "repeated", "rescale", "scaled_by", "split",
+    "trim", "write_edited",
 ]  # fmt: skip
 
 
@@ -60,6 +62,7 @@ def merge(sets: Sequence[DemonstrationSet], names: Sequence[str] | None = None) 
     scenes: dict[str, Scene] = {}
     parts: list[Demonstrations] = []
     taken: set[str] = set()
+    pairs: list[Pair] = []
     for data, label in zip(sets, labels, strict=True):
         renamed: dict[str, str] = {}
         for scene in data.scenes:
@@ -76,6 +79,8 @@ def merge(sets: Sequence[DemonstrationSet], names: Sequence[str] | None = None) 
             new = name if name not in taken else _free(f"{label}-{name}", taken)
             taken.add(new)
             ids.append(new)
+        now = dict(zip(d.demo_id.tolist(), ids, strict=True))
+        pairs += [replace(p, preferred=now[p.preferred], other=now[p.other]) for p in data.pairs]
         parts.append(with_columns(d, demo_id=ids, scene_id=[renamed[s] for s in d.scene_id]))
     return replace(
         first,
@@ -83,6 +88,7 @@ def merge(sets: Sequence[DemonstrationSet], names: Sequence[str] | None = None) 
         demonstrations=joined(parts),
         symbols=tuple(dict.fromkeys(w for s in sets for w in s.symbols)),
         types=tuple(dict.fromkeys(w for s in sets for w in s.types)),
+        pairs=tuple(pairs),
     )
 
 
@@ -157,6 +163,24 @@ def relabel(data: DemonstrationSet, changes: Mapping[str, Mapping[str, Any]]) ->
     return replace(data, demonstrations=changed, types=tuple(types))
 
 
+def prefer(data: DemonstrationSet, pairs: Sequence[Pair]) -> DemonstrationSet:
+    """The set with more pairs, one demonstration of each preferred to the other.
+
+    Raises:
+        InputError: An unknown demonstration or type; with the row.
+    """
+    known = set(data.demonstrations.demo_id.tolist())
+    for row, pair in enumerate(pairs):
+        for field, name in (("preferred", pair.preferred), ("other", pair.other)):
+            if name not in known:
+                raise InputError("a demonstration of the set", name, row=row, field=field)
+    try:
+        return replace(data, pairs=(*data.pairs, *pairs))
+    except InputError as error:
+        at = error.row - len(data.pairs) if isinstance(error.row, int) else None
+        raise InputError(error.expected, error.found, row=at, field=error.field) from error
+
+
 def drop(
     data: DemonstrationSet,
     *,
@@ -197,6 +221,7 @@ def drop(
         data,
         scenes=tuple(s for s in data.scenes if s.scene_id not in left_out),
         demonstrations=d.rows(~gone),
+        pairs=tuple(p for p in data.pairs if p.type is None or p.type not in set(types)),
         types=tuple(t for t in data.types if t not in set(types)),
     )
 

@@ -12,8 +12,10 @@ from demospec.demonstrations._migrate import (
     migrate_scene,
     version_of,
 )
+from demospec.demonstrations._pairs import PAIRS, checked_pairs, read_pairs
 from demospec.demonstrations._schema import Header, SceneLine, faults
-from demospec.demonstrations._store import read_header, read_scene, set_folder
+from demospec.demonstrations._store import PARQUET, read_header, read_scene, set_folder
+from demospec.demonstrations._table import opened_parquet, parquet_faults
 from demospec.demonstrations.large._stream import BATCH_ROWS
 from demospec.demonstrations.validation._report import CheckReport, Problem
 from demospec.demonstrations.validation._rows import check_rows
@@ -43,8 +45,24 @@ def check_set(
     header, version = _check_header(root, report)
     scenes, names = _check_scenes(root, report, header, version, progress)
     check_rows(root, report, header, version, scenes, names, rows, progress)
+    _check_pairs(root, report, header)
     report.problems.sort(key=lambda p: p.severity != "error")
     return report
+
+
+def _check_pairs(root: Path, report: CheckReport, header: Header | None) -> None:
+    file = root / PAIRS
+    if header is None or not file.exists() or any(p.severity == "error" for p in report.problems):
+        return  # of demonstrations that cannot be read, ids say nothing
+    with opened_parquet(root / PARQUET) as parquet, parquet_faults(root / PARQUET):
+        present = [n for n in ("demo_id", "type") if n in parquet.schema_arrow.names]
+        table = parquet.read(columns=present).to_pydict()
+    types = table.get("type", [None] * len(table["demo_id"]))
+    type_of = dict(zip(table["demo_id"], types, strict=True))
+    try:
+        checked_pairs(read_pairs(file, type_of), type_of, header.types)
+    except InputError as error:
+        report.error(error.at(file=file))
 
 
 def _check_header(root: Path, report: CheckReport) -> tuple[Header | None, int]:

@@ -47,6 +47,7 @@ def point_answer(
     nearest: FloatArray,
     valid: BoolArray,
     trusted: bool,
+    compared: bool = False,
 ) -> Point:
     """The rule to name.
 
@@ -55,10 +56,12 @@ def point_answer(
         space: All rules that agree with every label.
         nearest, valid: The demonstrations, (n, K) and (n,).
         trusted: See `fit_clearance`.
+        compared: Whether pairs were compared too.
     """
     weight = np.exp(particles.log_weight)
     sure = 0.5 if trusted else SURE
-    point = _most_probable(particles, weight, weight, space, nearest, valid, sure)
+    point = _most_probable(particles, weight, weight, space, nearest, valid, sure,
+                           compared)  # fmt: skip
     if space.consistent and not _agrees(point.clearance[None], nearest, valid)[0]:
         agrees = _agrees(particles.clearance, nearest, valid) & (particles.kind == SHARP)
         # Where distances are probably wrong, to agree with every label is mere luck.
@@ -66,7 +69,8 @@ def point_answer(
         if exact and weight[agrees].sum() >= BELIEVED * weight.sum():
             agreeing = np.where(agrees, weight, 0.0)
             least = 0.0 if trusted else SURE
-            return _most_probable(particles, agreeing, weight, space, nearest, valid, least)
+            return _most_probable(particles, agreeing, weight, space, nearest, valid, least,
+                                  compared)  # fmt: skip
     return point
 
 
@@ -83,6 +87,7 @@ def _most_probable(
     nearest: FloatArray,
     valid: BoolArray,
     sure: float,
+    compared: bool,
 ) -> Point:
     """The classes with the most weight and their mean clearances.
 
@@ -90,7 +95,7 @@ def _most_probable(
         weight: (m,) of the rules to choose among.
         believed: (m,) of all rules: what the intervals must hold.
         nearest, valid: The demonstrations.
-        sure: See `ends_of`.
+        sure, compared: See `ends_of`.
     """
     matters = np.isfinite(particles.clearance)
     rows, group = np.unique(matters, axis=0, return_inverse=True)
@@ -100,7 +105,7 @@ def _most_probable(
     these = group.ravel() == first
     part = together(particles, np.where(these, weight, 0.0))
     # The ends that demonstrations set hold where answers are sharp.
-    agreeing = space.allows(columns) and sharp_share(particles, part) >= 0.5
+    agreeing = space.allows(columns) and sharp_share(particles, part) >= 0.5 and not compared
     every = together(particles, np.where(these, believed, 0.0), SURE)
     mine = part > 0
     mean = part[mine] @ particles.clearance[mine][:, columns] / part.sum()
@@ -114,7 +119,7 @@ def _most_probable(
     else:
         right = (margins(nearest, clearance[None])[0] >= 0) == valid
         space = ClearanceSpace.of(nearest[right], valid[right], space.floor)
-    ends, exact = ends_of(particles, every, space, columns, agreeing, sure)
+    ends, exact = ends_of(particles, every, space, columns, agreeing, sure, compared)
     if not exact:
         for k in columns:
             clearance[k] = min(max(clearance[k], ends[k][0]), ends[k][1])

@@ -18,7 +18,7 @@ from demospec.frames import FloatArray
 from demospec.rules._evidence import Evidence
 from demospec.rules._rule_set import ClearanceRule
 from demospec.rules.clearance._estimate import point_answer
-from demospec.rules.clearance._interval import is_shared
+from demospec.rules.clearance._interval import SURE, is_shared
 from demospec.rules.clearance._likelihood import POSITION, Particles, margins
 from demospec.rules.clearance._posterior import Weighed
 from demospec.rules.clearance._version_space import ClearanceSpace
@@ -26,6 +26,10 @@ from demospec.rules.clearance._version_space import ClearanceSpace
 DRAWS = 40
 """Draws that a learned rule carries: a class that matters with probability 0.95 is missing in
 two of them."""
+
+UNTOLD = 0.2
+"""Posterior probability that a class matters from which pairs told nothing of it: before they were
+compared it is a third."""
 
 MOST_DRAWS = 10_000
 """Draws that a rule file may hold."""
@@ -47,6 +51,7 @@ class ClearanceFit:
             all consistent clearances of these classes. ``95 % credible``: labels contradict
             each other, or distances are probably measured with error.
         contradicted: Demonstrations (rows) that the point answer gets wrong.
+        contradicted_pairs: Pairs (rows) of which it rejects the preferred and accepts the other.
         at_most: Class → largest clearance that every accepted demonstration keeps; +inf where
             none came near.
         shared: Posterior probability that all classes that matter share one clearance.
@@ -70,6 +75,7 @@ class ClearanceFit:
     exact: bool
     fewest: int | None
     particles: Particles
+    contradicted_pairs: tuple[int, ...] = ()
 
     def widened(self, interval: Mapping[str, tuple[float, float]]) -> ClearanceFit:
         """The same fit whose intervals also hold those of another, class by class."""
@@ -112,7 +118,7 @@ def fit_of(alone: Weighed, particles: Particles, trusted: bool = False) -> Clear
         for i in order[:10]
     )
     space = ClearanceSpace.of(d, ok, floor)
-    point = point_answer(particles, space, d, ok, trusted)
+    point = point_answer(particles, space, d, ok, trusted, alone.evidence.pairs > 0)
     value = {names[k]: float(point.clearance[k]) for k in point.ends}
     interval = {names[k]: ends for k, ends in point.ends.items()}
     needed = max(value.values(), default=floor)
@@ -121,18 +127,23 @@ def fit_of(alone: Weighed, particles: Particles, trusted: bool = False) -> Clear
     )
     required = space.required()
     possible = space.upper >= floor
+    probability = {n: float(weight @ matters[:, k]) for k, n in enumerate(names)}
+    undecided = tuple(
+        n
+        for k, n in enumerate(names)
+        if space.consistent and possible[k] and not required[k] and np.isfinite(d[:, k]).any()
+    )
+    if alone.evidence.pairs:  # what labels leave open, pairs may tell
+        uninformed = tuple(n for n in uninformed if probability[n] >= UNTOLD)
+        undecided = tuple(n for n, p in probability.items() if 1.0 - SURE < p < SURE)
     rule = ClearanceRule(value, interval, uninformed, alone.evidence.distance)
     wrong = (margins(d, point.clearance[None])[0] >= 0) != ok
     return ClearanceFit(
         rule=rule,
         symbols=names,
-        probability={n: float(weight @ matters[:, k]) for k, n in enumerate(names)},
+        probability=probability,
         subsets=subsets,
-        undecided=tuple(
-            n
-            for k, n in enumerate(names)
-            if space.consistent and possible[k] and not required[k] and np.isfinite(d[:, k]).any()
-        ),
+        undecided=undecided,
         consistent=space.consistent,
         interval_kind="exact" if point.exact else "95 % credible",
         contradicted=tuple(np.flatnonzero(wrong).tolist()),
@@ -142,7 +153,16 @@ def fit_of(alone: Weighed, particles: Particles, trusted: bool = False) -> Clear
         exact=alone.exact,
         fewest=space.fewest_classes_bound() if space.consistent else None,
         particles=particles,
+        contradicted_pairs=_contradicted_pairs(alone.evidence, point.clearance),
     )
+
+
+def _contradicted_pairs(own: Evidence, clearance: FloatArray) -> tuple[int, ...]:
+    pairs = own.preferences
+    if pairs is None:
+        return ()
+    better, other = (margins(d, clearance[None])[0] >= 0 for d in (pairs.preferred, pairs.other))
+    return tuple(np.flatnonzero(other & ~better).tolist())
 
 
 def fit_document(fit: ClearanceFit, own: Evidence) -> dict[str, Any]:
@@ -151,6 +171,11 @@ def fit_document(fit: ClearanceFit, own: Evidence) -> dict[str, Any]:
     Args:
         own: The demonstrations that were fitted.
     """
+    pairs = own.preferences
+    compared = {} if pairs is None else {
+        "pairs": len(pairs),
+        "contradicted_pairs": pairs.names[list(fit.contradicted_pairs)].tolist(),
+    }  # fmt: skip
     return {
         "probability": {s: round(p, 4) for s, p in fit.probability.items()},
         "undecided": list(fit.undecided),
@@ -160,6 +185,7 @@ def fit_document(fit: ClearanceFit, own: Evidence) -> dict[str, Any]:
         "interval": fit.interval_kind,
         "position_noise": fit.position_noise,
         "exact": fit.exact,
+        **compared,
     }
 
 

@@ -38,6 +38,7 @@ def ends_of(
     columns: Sequence[int],
     agreeing: bool,
     sure: float = SURE,
+    compared: bool = False,
 ) -> tuple[dict[int, Ends], bool]:
     """Class → ends of its clearance, and whether they are those that demonstrations set.
 
@@ -49,6 +50,7 @@ def ends_of(
         columns: The classes that matter.
         agreeing: Whether that is every label.
         sure: Probability of sharp answers from which these ends are the interval.
+        compared: Whether pairs were compared too: they set no ends, and are weighed.
     """
     share = sharp_share(particles, weight)
     if agreeing and (share >= sure or not columns):
@@ -65,7 +67,7 @@ def ends_of(
             rather = min(likely / PLAIN, 1.0) if i else 0.0
             out = 1.0 - SURE - rather * (HELD - SURE)
             held = 1.0 - out / likely if likely > out else 0.0
-            if i == 0 and likely > 1.0 - SURE:
+            if i == 0 and likely > 1.0 - SURE and not compared:
                 parts.append(space.interval(columns, k))
             if held > 0 and not (i == 0 and agreeing):
                 of_kind = np.where(mine, weight, 0.0)

@@ -100,7 +100,7 @@ def weigh(
         floor, reach: Least and greatest clearance; by default 0, and just beyond the largest
             distance, so that a rejection there can still be explained.
     """
-    d, unit, answers = own.values, own.unit, Answers.of(own.valid, own.score)
+    d, unit, answers = own.compared, own.unit, Answers.of(own.valid, own.score, own.pairs)
     top = float(d[np.isfinite(d)].max(initial=floor)) if reach is None else float(reach)
     top = max(top, floor) + SPREAD * unit if reach is None else max(top, floor + unit)
     spread = (SPREAD if own.distance == "footprint" else SPREAD_FROM_CENTER) * unit
@@ -161,7 +161,7 @@ def posterior(
         models.append(Model(member, Particles.joined(parts), sparse[s] + share))
     if sharing != "shared":
         split = log(SEPARATE) if sharing == "average" else 0.0
-        for s in _split_candidates(d, answers.valid, members, score, prior.floor):
+        for s in _split_candidates(d[: answers.n], answers.valid, members, score, prior.floor):
             chosen = np.flatnonzero(members[s]).tolist()
             part = separate_particles(d, answers, chosen, prior, responses, start)
             models.append(Model(members[s], part, sparse[s] + split, shared=False))

@@ -237,7 +237,7 @@ class _RuleJudge:
                 unseen[mine[seen]] = True
         if unseen.any():
             evidence = evidence.view(~unseen)
-            people = fit_evidence(evidence).people if len(evidence) else {}
+            people = fit_evidence(evidence).people if evidence.persons else {}
         for i, (name, own) in enumerate(evidence.by_person().items()):
             self.rules[name] = people[name].rule
             self.fits[name] = tested = goodness_of(self.data, own, people[name])
