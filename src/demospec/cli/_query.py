@@ -53,7 +53,8 @@ def query(
         print_json(document)
         return
     if answer.status == "settled":
-        print_table("Nothing left to ask", ["why"], [[answer.note or "settled"]])
+        title = "Ask for another scene" if answer.alone else "Nothing left to ask"
+        print_table(title, ["why"], [[answer.note or "settled"]])
         return
     about = document["estimate"]
 

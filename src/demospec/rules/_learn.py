@@ -147,29 +147,11 @@ def type_sentence(
         distance=fit.rule.distance,
         interval=fit.rule.interval,
         undecided=fit.undecided,
-        instead=_confounded(fit),
+        instead=fit.confounded,
     )
     if not valid.any() and not own.pairs:
         return f"{text}; no demonstration was accepted, so that larger distances are not ruled out"
     return text if tested is None else with_doubt(text, tested)
-
-
-_RIVAL = 0.25
-"""Share of the best set's probability from which a set that exchanges one class is its rival."""
-
-
-def _confounded(fit: ClearanceFit) -> dict[str, list[str]]:
-    """Class that the rule names → classes that may be meant in its stead: things that always
-    stand together cannot be told apart."""
-    named = frozenset(fit.rule.relevant)
-    mass = {frozenset(classes): share for classes, share in fit.subsets}
-    best = mass.get(named, 0.0)
-    out: dict[str, list[str]] = {}
-    for classes, share in mass.items():
-        gone, come = named - classes, classes - named
-        if len(gone) == len(come) == 1 and share >= _RIVAL * best > 0:
-            out.setdefault(next(iter(gone)), []).append(next(iter(come)))
-    return {symbol: sorted(rivals) for symbol, rivals in out.items()}
 
 
 def _positive_only(fit: ClearanceFit, scale: float | None, units: str, unit: float) -> str:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from demospec.demonstrations import bezier_points
 from demospec.errors import InputError
 from demospec.frames import FloatArray
+from demospec.rules._sentences import plural
 from demospec.rules.clearance._fit import ClearanceFit
 from demospec.rules.clearance._likelihood import Particles, log_sum
 from demospec.rules.clearance._measure import Distance, nearest_approach
@@ -73,6 +74,7 @@ def best_clearance_path(
     chosen = [usable[i] for i in rng.permutation(len(usable))[:12]]
     each = max(8, pool // len(chosen))
     best: tuple[float, int | str, FloatArray, FloatArray] | None = None
+    apart = [(pair, 0.0) for pair in _rivals(fit)]
     for round_ in range(2):
         for name, scene, (start, goal) in chosen if round_ == 0 else chosen[:1]:
             if round_ == 0:
@@ -84,6 +86,7 @@ def best_clearance_path(
             paths = bezier_points(start[:2], goal[:2], control[:, None, :], _POINTS)
             near = measure(scene, paths, fit.symbols, distance=distance)
             bits, _ = path_bits(fit.particles, near)
+            apart = [(pair, max(told, _told_apart(fit, pair, near))) for pair, told in apart]
             # A label has one bit at most, so that a telling path in the picture comes first.
             worth = bits + 2.0 * (_in_picture(scene, paths) & (bits >= SETTLED_BITS))
             top = int(worth.argmax())
@@ -92,11 +95,13 @@ def best_clearance_path(
     assert best is not None
     gain = best[0] - 2.0 if best[0] >= 2.0 else best[0]
     now = distinguishable(fit.particles, unit)
+    alone = next((pair for pair, told in apart if told < SETTLED_BITS), ())
+    together = _together(alone)
     if gain < SETTLED_BITS:
-        word = "no path of the pool tells the remaining clearances apart"
+        word = together or "no path of the pool tells the remaining clearances apart"
         return Query(
             "settled", bits=gain, total=now, exact=False, note=word, type=type,
-            rule=fit.rule, mode=mode,
+            rule=fit.rule, mode=mode, alone=alone,
         )  # fmt: skip
     scene = next(s for n, s, _ in chosen if n == best[1])
     points = best[2]
@@ -105,9 +110,43 @@ def best_clearance_path(
     accept = fit.particles.accepts(near)[:, 0]
     left = [_left(fit.particles, share, unit) for share in (accept, 1.0 - accept)]
     return Query(
-        "ask", best[1], points, left[0], left[1], float(bits[0]), float(p[0]), now, False, "", type,
-        rule=fit.rule, mode=mode,
+        "ask", best[1], points, left[0], left[1], float(bits[0]), float(p[0]), now, False,
+        together, type, rule=fit.rule, mode=mode, alone=alone,
     )  # fmt: skip
+
+
+def _rivals(fit: ClearanceFit) -> list[tuple[str, ...]]:
+    """Pairs of classes of which the labels do not say which one matters."""
+    return [(named, other) for named, rivals in fit.confounded.items() for other in rivals]
+
+
+def _told_apart(fit: ClearanceFit, pair: Sequence[str], near: FloatArray) -> float:
+    """Most bits that the label of one of some paths (n, K) tells of which of two classes
+    matters, given that just one does."""
+    one, two = (
+        np.isfinite(fit.particles.clearance[:, fit.symbols.index(symbol)]) for symbol in pair
+    )
+    weight = np.exp(fit.particles.log_weight) * (one ^ two)
+    weight = weight / weight.sum()
+    accept = fit.particles.accepts(near)
+    whole = _entropy(weight @ accept)
+    for group in (one, two):
+        mine = np.where(group, weight, 0.0)
+        share = float(mine.sum())
+        if share > 0:
+            whole = whole - share * _entropy(np.clip(mine @ accept / share, 0.0, 1.0))
+    return float(whole.max())
+
+
+def _together(pair: Sequence[str]) -> str:
+    """What to ask for where no path tells two classes apart."""
+    if not pair:
+        return ""
+    one, two = plural(pair[0]), plural(pair[1])
+    return (
+        f"{one} or {two}: they stand together, so that no path here says which of them matters; "
+        f"put one of them alone and show a path near it"
+    )
 
 
 def _left(particles: Particles, share: FloatArray, unit: float) -> float:

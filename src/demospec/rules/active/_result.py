@@ -33,6 +33,8 @@ class Query:
         constraint: What the question is about, where that is none of the clearances.
         t, columns: Seconds (n,) and names of the columns of `points`, for such a question: the
             path is to be shown so.
+        alone: Classes that the labels do not tell apart, as no path of the pool would: of which one
+            should be put alone.
     """
 
     status: str
@@ -52,6 +54,7 @@ class Query:
     constraint: Constraint | None = None
     t: FloatArray | None = None
     columns: tuple[str, ...] | None = None
+    alone: tuple[str, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """The JSON document of ``demospec query``."""
@@ -76,6 +79,8 @@ class Query:
             document["constraint"] = self.constraint.to_json()
             document["columns"] = list(self.columns or ("x", "y"))
             document["t"] = None if self.t is None else self.t.tolist()
+        if self.alone:
+            document["alone"] = list(self.alone)
         return document
 
 

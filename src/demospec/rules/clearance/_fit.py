@@ -27,6 +27,9 @@ DRAWS = 40
 """Draws that a learned rule carries: a class that matters with probability 0.95 is missing in
 two of them."""
 
+_RIVAL = 0.25
+"""Share of the best set's probability from which a set that exchanges one class is its rival."""
+
 UNTOLD = 0.2
 """Posterior probability that a class matters from which pairs told nothing of it: before they were
 compared it is a third."""
@@ -86,6 +89,20 @@ class ClearanceFit:
             for symbol, (low, high) in self.rule.interval.items()
         }
         return replace(self, rule=replace(self.rule, interval=held))
+
+    @property
+    def confounded(self) -> dict[str, list[str]]:
+        """Class that the rule names → classes that may be meant in its stead: things that always
+        stand together cannot be told apart."""
+        named = frozenset(self.rule.relevant)
+        mass = {frozenset(classes): share for classes, share in self.subsets}
+        best = mass.get(named, 0.0)
+        out: dict[str, list[str]] = {}
+        for classes, share in mass.items():
+            gone, come = named - classes, classes - named
+            if len(gone) == len(come) == 1 and share >= _RIVAL * best > 0:
+                out.setdefault(next(iter(gone)), []).append(next(iter(come)))
+        return {symbol: sorted(rivals) for symbol, rivals in out.items()}
 
     def p_valid(self, nearest: ArrayLike) -> FloatArray:
         """(n, K) nearest approaches → (n,) posterior probability that the path is acceptable."""
