@@ -4,7 +4,7 @@ Paired interventions on scenes (add, remove, move, swap, placebo) and on the typ
 tests with Holm's correction, a minimum effect, and words. No network classes in here.
 """
 
-from demospec.causal._agreement import Agreement, Disagreement, agreement
+from demospec.causal._agreement import Agreement, Disagreement, agreement, rules_of_causes
 from demospec.causal._boundary import (
     Boundary,
     BoundaryEffect,
@@ -13,7 +13,6 @@ from demospec.causal._boundary import (
     boundary_effects,
     boundary_shift,
 )
-from demospec.causal._causal_rules import rules_of_causes
 from demospec.causal._causation import Causation, causation
 from demospec.causal._checks import checked
 from demospec.causal._counterfactual import (
@@ -25,12 +24,15 @@ from demospec.causal._counterfactual import (
 )
 from demospec.causal._counterfactual import but_for as had_it_not_been_there
 from demospec.causal._document import findings_from_document
+from demospec.causal._dose import dose_responses
 from demospec.causal._effect_map import EffectMap, effect_map
 from demospec.causal._estimate import estimate
 from demospec.causal._find import editor_for, find_causes, run_trials
 from demospec.causal._find_in_set import trials_of_set, trials_of_stored
 from demospec.causal._results import (
     CausalFindings,
+    DosePoint,
+    DoseResponse,
     Estimate,
     Placebo,
     Settings,
@@ -50,6 +52,8 @@ __all__ = [
     "Causation",
     "Counterfactual",
     "Disagreement",
+    "DosePoint",
+    "DoseResponse",
     "EffectMap",
     "RejectedPath",
     "Without",
@@ -60,6 +64,7 @@ __all__ = [
     "but_for",
     "but_for_rejected",
     "causation",
+    "dose_responses",
     "effect_map",
     "had_it_not_been_there",
     "CausalFindings",

@@ -98,6 +98,7 @@ def _of_checks(findings: CausalFindings, fits: Mapping[str, LabelFit], pictures:
     out = []
     if findings.placebo and not pictures:
         out.append("Moving a patch of bare table: not applicable, the scenes have no pictures.")
+    out += _of_unrelated(findings)
     tested = {n: f for n, f in fits.items() if n in findings.types and f.explained is not None}
     for name in sorted(n for n, f in tested.items() if f.verdict == "not"):
         fit = tested[name]
@@ -110,3 +111,18 @@ def _of_checks(findings: CausalFindings, fits: Mapping[str, LabelFit], pictures:
     if passed:
         out.append(f"Permuted labels are not explained as well (p = {max(passed):.2g} at most).")
     return out
+
+
+def _of_unrelated(findings: CausalFindings) -> list[str]:
+    """What a thing of a class that the model was never shown does."""
+    if not findings.unrelated:
+        return []
+    moved = [p for p in findings.unrelated if not p.null]
+    if not moved:
+        return ["Adding a thing of a class that nobody has shown to the model changes nothing."]
+    which = ", ".join(f"{p.type} {p.effect:+.2f}" for p in moved)
+    return [
+        "Adding a thing of a class that nobody has shown to the model changes what it accepts "
+        f"({which}): it keeps away from things of any class, and effects of a class may be those "
+        "of a thing as such."
+    ]

@@ -7,6 +7,8 @@ from typing import Any
 
 from demospec.causal._results import (
     CausalFindings,
+    DosePoint,
+    DoseResponse,
     Estimate,
     Placebo,
     Settings,
@@ -49,6 +51,15 @@ def findings_from_document(document: dict[str, Any]) -> CausalFindings:
             skipped=dict(document["skipped"]),
             n_scenes=document["n_scenes"],
             settings=_of(Settings, document["settings"]),
+            unrelated=tuple(_of(Placebo, p) for p in document.get("unrelated", ())),
+            dose=tuple(
+                DoseResponse(
+                    curve["type"],
+                    curve["symbol"],
+                    tuple(_of(DosePoint, point) for point in curve["points"]),
+                )
+                for curve in document.get("dose_response", ())
+            ),
             labels={
                 name: fit_from_json(fit, f"labels.{name}")
                 for name, fit in document.get("labels", {}).items()

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from demospec.causal._estimate import stable_seed
 from demospec.causal._find import editor_for
 from demospec.causal._paths import draw_controls, paths_of, region_of, region_of_scene
 from demospec.causal._scene_trials import CLEAR_ENDS, GAP
+from demospec.causal._statistics import stable_seed
 from demospec.demonstrations import ValidityModel
 from demospec.errors import InputError
 from demospec.frames import FloatArray

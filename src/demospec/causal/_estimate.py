@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import combinations
+from typing import Literal
 
 import numpy as np
 
+from demospec.causal._dose import dose_responses
 from demospec.causal._results import (
     CausalFindings,
     Estimate,
@@ -24,6 +26,7 @@ from demospec.causal._statistics import (
     opposed,
     sign_flip_p,
     smallest_p,
+    stable_seed,
     widened,
 )
 from demospec.causal._trials import TrialTable
@@ -57,7 +60,7 @@ def estimate(table: TrialTable, settings: Settings) -> CausalFindings:
     notes += _power(effects, settings, "cells")
     base = {t: _estimate(table, k, settings) for k, t in enumerate(table.types)}
     pairs = _types(table, settings)
-    placebo = _placebo(table, settings)
+    placebo = _placebo(table, settings, "placebo")
     for patch in placebo:
         if not patch.null:
             notes.append(
@@ -77,6 +80,8 @@ def estimate(table: TrialTable, settings: Settings) -> CausalFindings:
         skipped=dict(table.skipped),
         n_scenes=len(table.scene_ids),
         settings=settings,
+        unrelated=tuple(p for p in _placebo(table, settings, "unrelated") if p.n_scenes),
+        dose=dose_responses(table, settings),
     )
 
 
@@ -164,13 +169,6 @@ def _interval(
     return widened(over_scenes, mean, by_rule, level=settings.level, bounds=bounds)
 
 
-def stable_seed(seed: int, *words: str) -> int:
-    """A seed that depends on the words and not on their order among others."""
-    from zlib import crc32
-
-    return crc32("\x1f".join((str(seed), *words)).encode())
-
-
 def _estimate(table: TrialTable, k: int, settings: Settings) -> Estimate:
     means = np.array([before[k].mean() for before in table.before])
     key = ("base", table.types[k])
@@ -212,8 +210,10 @@ def _types(table: TrialTable, settings: Settings) -> list[TypeEffect]:
     return out
 
 
-def _placebo(table: TrialTable, settings: Settings) -> list[Placebo]:
-    effect, changed, _ = table.scene_differences("placebo", "")
+def _placebo(
+    table: TrialTable, settings: Settings, kind: Literal["placebo", "unrelated"]
+) -> list[Placebo]:
+    effect, changed, _ = table.scene_differences(kind, "")
     out = []
     for k, type_ in enumerate(table.types):
         d = effect[k]
@@ -223,7 +223,7 @@ def _placebo(table: TrialTable, settings: Settings) -> list[Placebo]:
             Placebo(
                 type=type_,
                 effect=mean,
-                interval=_interval(d, settings, key=("placebo", type_)),
+                interval=_interval(d, settings, key=(kind, type_)),
                 p=p,
                 null=not _claim(mean, p, settings),
                 changed=float(changed[k].mean()) if len(d) else float("nan"),

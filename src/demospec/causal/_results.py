@@ -10,7 +10,7 @@ from typing import Any, Literal
 from demospec.errors import InputError
 from demospec.rules import LabelFit
 
-Intervention = Literal["add", "remove", "move", "swap", "placebo"]
+Intervention = Literal["add", "remove", "move", "swap", "placebo", "unrelated"]
 Verdict = Literal["causal", "none", "undecided"]
 Interval = tuple[float, float]
 
@@ -141,8 +141,37 @@ class TypeEffect:
 
 
 @dataclass(frozen=True)
+class DosePoint:
+    """The paths that pass what was added at distances from `low` to `high`.
+
+    Args:
+        low, high: Distance to its footprint, negative inside, in the set's units; None: no end.
+        effect: Mean over scenes of (after − before) of these paths, in probability of validity.
+        interval: As that of a `SymbolEffect`; None for fewer than two scenes.
+        before: What of them is accepted without it, on average: an effect is −`before` at most.
+        n_scenes: Scenes that have such paths.
+    """
+
+    low: float | None
+    high: float | None
+    effect: float
+    interval: Interval | None
+    before: float
+    n_scenes: int
+
+
+@dataclass(frozen=True)
+class DoseResponse:
+    """How the effect of adding a symbol depends on how near the path passes it."""
+
+    type: str
+    symbol: str
+    points: tuple[DosePoint, ...]
+
+
+@dataclass(frozen=True)
 class Placebo:
-    """A patch of bare table moved to a free place: must do nothing.
+    """What must do nothing: a patch of bare table moved to a free place, or an unrelated thing.
 
     Args:
         null: No claim could have been made of it (by the very rule for symbols).
@@ -167,6 +196,9 @@ class CausalFindings:
         effects: Adding each symbol, per type (the paper's table).
         others: Removals, moves and swaps, where asked for.
         placebo: One per type.
+        unrelated: One per type: adding a thing of a class that nobody has shown to the model;
+            empty where lists are hidden or there are none.
+        dose: Effect of adding against distance, per type and symbol.
         type_effects: Every pair of types.
         sentences: The findings in words.
         notes: Smaller n, things that could not be tried, and why. Never empty silence.
@@ -189,6 +221,8 @@ class CausalFindings:
     n_scenes: int
     settings: Settings
     labels: Mapping[str, LabelFit] = field(default_factory=dict)
+    unrelated: tuple[Placebo, ...] = ()
+    dose: tuple[DoseResponse, ...] = ()
 
     def effect(self, type: str, symbol: str) -> SymbolEffect:
         """Adding `symbol` for `type`; InputError lists what there is."""
@@ -206,7 +240,7 @@ class CausalFindings:
 
     @property
     def placebo_is_null(self) -> bool:
-        """Whether the placebo came out null for every type."""
+        """Whether the placebo (moved bare table) came out null for every type."""
         return all(p.null for p in self.placebo)
 
     def to_json(self) -> dict[str, Any]:
@@ -215,6 +249,8 @@ class CausalFindings:
             "base": {t: _plain(asdict(e)) for t, e in self.base.items()},
             "effects": [_effect(c) for c in self.effects],
             "placebo": [_plain(asdict(p)) for p in self.placebo],
+            "unrelated": [_plain(asdict(p)) for p in self.unrelated],
+            "dose_response": [_plain(asdict(curve)) for curve in self.dose],
             "types": [_type_effect(t) for t in self.type_effects],
             "sentences": list(self.sentences),
             "relevant": {t: list(self.relevant(t)) for t in self.types},
@@ -246,8 +282,8 @@ def _plain(document: dict[str, Any]) -> dict[str, Any]:
     for key, value in document.items():
         if isinstance(value, dict):
             value = _plain(value)
-        elif isinstance(value, tuple):
-            value = list(value)
+        elif isinstance(value, (list, tuple)):
+            value = [_plain(v) if isinstance(v, dict) else v for v in value]
         elif isinstance(value, float) and not math.isfinite(value):
             value = None
         out[key] = value

@@ -7,14 +7,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from demospec.causal._estimate import stable_seed
+from demospec.causal._dose import distance_to_added, in_bins
 from demospec.causal._paths import (
     distance_from_line,
     draw_controls,
     paths_of,
     region_of_scene,
 )
-from demospec.causal._results import Settings
+from demospec.causal._results import Intervention, Settings
+from demospec.causal._statistics import stable_seed
 from demospec.causal._trials import Trial, TrialTable
 from demospec.demonstrations import Paths, ValidityModel, View, fit_bezier
 from demospec.errors import CannotJudgeError
@@ -22,7 +23,7 @@ from demospec.frames import FloatArray
 from demospec.geometry import Bounds
 from demospec.progress import Progress, silent
 from demospec.rules import RuleView
-from demospec.scene import Editor, Scene, Template, free_places, room_around
+from demospec.scene import Disc, Editor, Scene, SceneObject, Template, free_places, room_around
 
 CLEAR_ENDS = 0.08
 """Least distance from what is added to start and goal, as a share of the region's width."""
@@ -105,18 +106,31 @@ class SceneTrials:
         self.controls.append(controls)
         self.before.append(before)
         if before_by_rule is not None:
-            self.before_by_rule.append(before_by_rule)
+            self.before_by_rule.append(before_by_rule.mean(axis=2))
         listed = self.editor.listed(scene)
         if scene.objects is None:
             self.unlisted.append(scene.scene_id)
 
         def trial(
-            kind: str, symbol: str, k: int, at: tuple[float, float], after: Scene, **more: str
+            kind: Intervention,
+            symbol: str,
+            k: int,
+            at: tuple[float, float],
+            after: Scene,
+            **more: str,
         ) -> None:
             judged, by_rule = self._judge(after, paths)
+            near = distance_to_added(scene, after, paths) if kind == "add" else None
+            dose = None
+            if near is not None and by_rule is not None and before_by_rule is not None:
+                dose = (by_rule - before_by_rule) @ in_bins(near, self.region[2] - self.region[0])
+            share = None if by_rule is None else by_rule.mean(axis=2)
             self.trials.append(
-                Trial(index, kind, symbol, k, at, judged, by_rule=by_rule, **more)  # type: ignore[arg-type]
-            )
+                Trial(
+                    index, kind, symbol, k, at, judged,
+                    by_rule=share, near=near, dose_by_rule=dose, **more,
+                )
+            )  # fmt: skip
 
         kinds = self.settings.interventions
         if "add" in kinds:
@@ -130,6 +144,7 @@ class SceneTrials:
         if "swap" in kinds:
             self._swap(scene, listed, area, trial)
         self._placebo(scene, listed, area, trial)
+        self._unrelated(scene, area, trial)
 
     def view(self, scene: Scene) -> View:
         """The model's view of a scene, without its object list where lists are hidden."""
@@ -159,17 +174,15 @@ class SceneTrials:
         return controls, paths_of(scene, controls)
 
     def _judge(self, scene: Scene, paths: Paths) -> tuple[FloatArray, FloatArray | None]:
-        """(types, draws) probability of validity, and the share that each rule accepts.
+        """(types, draws) probability of validity, and what each rule accepts.
 
         Learned rules are asked with all that their answers allow: p is the share of the rules of
-        the posterior that accept, and (types, rules) the share of the paths that each accepts.
+        the posterior that accept, and (types, rules, draws) what each accepts.
         """
         view = self.view(scene)
         if isinstance(view, RuleView) and view.draws:
-            each = [view.by_draw(paths, t) for t in self.types]
-            return np.stack([a.mean(axis=0) for a in each]), np.stack(
-                [a.mean(axis=1) for a in each]
-            )
+            each = np.stack([view.by_draw(paths, t) for t in self.types])
+            return each.mean(axis=1), each
         return np.stack([view.p_valid(paths, t) for t in self.types]), None
 
     def _spots(
@@ -271,6 +284,23 @@ class SceneTrials:
         if done < self.settings.placements:
             self.short.setdefault("", []).append((scene.scene_id, done))
 
+    def _unrelated(self, scene: Scene, area: Bounds, trial: Callable[..., None]) -> None:
+        """A thing of a class that nobody has shown to the model, as large as what stands there.
+
+        It is in the list alone: a picture of it would be one of some other class.
+        """
+        if not scene.objects or self.settings.hide_lists:
+            return
+        radius = float(np.median([o.outline_radius for o in scene.objects]))
+        taken = {o.symbol for o in scene.objects}.union(self.symbols)
+        symbol = next(s for s in ("unrelated" + "_" * i for i in range(99)) if s not in taken)
+        for x, y in self._spots(scene, area, radius, self.rng(scene, "unrelated"), n=1):
+            at = (float(x), float(y))
+            thing = SceneObject(f"{symbol}-thing", symbol, at, None, Disc(at, radius))
+            objects = (*scene.objects, thing)
+            after = scene.with_changes(objects=objects, picture=scene.picture)
+            trial("unrelated", "", 0, at, after)
+
     def table(self, skipped: dict[str, str]) -> TrialTable:
         """What was collected, with every shortfall stated.
 
@@ -289,6 +319,7 @@ class SceneTrials:
             notes=tuple(self._notes(skipped)),
             skipped=skipped,
             before_by_rule=tuple(self.before_by_rule),
+            width=self.region[2] - self.region[0],
         )
 
     def _notes(self, skipped: dict[str, str]) -> list[str]:

@@ -64,6 +64,13 @@ def _signed_sums(d: FloatArray) -> FloatArray:
     return sums
 
 
+def stable_seed(seed: int, *words: str) -> int:
+    """A seed that depends on the words and not on their order among others."""
+    from zlib import crc32
+
+    return crc32("\x1f".join((str(seed), *words)).encode())
+
+
 def smallest_p(n_scenes: int) -> float:
     """The smallest p-value that n scenes can reach, when all agree in sign."""
     return min(1.0, 2.0**-n_scenes * 2.0)

@@ -22,8 +22,8 @@ class Trial:
 
     Args:
         scene: Position in `TrialTable.scene_ids`.
-        intervention: ``add``, ``remove``, ``move``, ``swap`` or ``placebo``.
-        symbol: What was added, removed, moved or replaced; "" for the placebo.
+        intervention: ``add``, ``remove``, ``move``, ``swap``, ``placebo`` or ``unrelated``.
+        symbol: What was added, removed, moved or replaced; "" for the placebos.
         placement: Number of the place (``add``, ``move``, ``placebo``) or object.
         center: Where, pixels.
         after: (types, draws) probability of validity afterwards.
@@ -31,6 +31,10 @@ class Trial:
             afterwards; None where the model has no posterior.
         onto: The symbol put instead (swaps).
         source: Which item was put there, in words.
+        near: (draws,) distance from each path to the footprint of what was added, set units; None
+            where nothing was added, or its outline is not known.
+        dose_by_rule: (types, rules, bins) sum over the paths of each bin of `near` of what each
+            rule changes; see `demospec.causal._dose`.
     """
 
     scene: int
@@ -42,6 +46,8 @@ class Trial:
     onto: str | None = None
     source: str = ""
     by_rule: FloatArray | None = None
+    near: FloatArray | None = None
+    dose_by_rule: FloatArray | None = None
 
 
 @dataclass(frozen=True)
@@ -55,6 +61,7 @@ class TrialTable:
         controls: Per scene (draws, 2): z_θ, pixels.
         before: Per scene (types, draws).
         before_by_rule: Per scene (types, rules) as `Trial.by_rule`; empty without a posterior.
+        width: Of the region that distances are binned by, set units.
         trials: In the order of scenes.
         notes: Smaller n, stated.
         skipped: Symbol → why nothing of it could be added.
@@ -69,6 +76,7 @@ class TrialTable:
     notes: tuple[str, ...]
     skipped: dict[str, str]
     before_by_rule: tuple[FloatArray, ...] = ()
+    width: float = 1.0
 
     def rule_differences(
         self, intervention: Intervention, symbol: str, onto: str | None = None
@@ -116,7 +124,8 @@ def to_arrow(table: TrialTable) -> pa.Table:
     """One row per trial × type × path: for DoWhy, R, or a spreadsheet.
 
     Columns: scene, intervention, symbol, onto, placement, place_x, place_y, source, draw,
-    z_theta_x, z_theta_y, type, before, after. Pixels and probabilities.
+    z_theta_x, z_theta_y, type, before, after, distance (from the path to what was added; null
+    elsewhere). Pixels and probabilities.
     """
     import pyarrow as pa
 
@@ -128,7 +137,8 @@ def to_arrow(table: TrialTable) -> pa.Table:
         return pa.array(values, kind).take(pa.array(np.repeat(np.arange(len(sizes)), sizes)))
 
     def stacked(parts: list[FloatArray]) -> pa.Array:
-        return pa.array(np.concatenate(parts) if parts else np.empty(0), pa.float64())
+        return pa.array(np.concatenate(parts) if parts else np.empty(0), pa.float64(),
+                        from_pandas=True)  # fmt: skip
 
     trials = table.trials
     word = pa.string()
@@ -152,8 +162,13 @@ def to_arrow(table: TrialTable) -> pa.Table:
             ),
             "before": stacked([table.before[t.scene].ravel() for t in trials]),
             "after": stacked([t.after.ravel() for t in trials]),
+            "distance": stacked([np.tile(_near(t), n_types) for t in trials]),
         }
     )
+
+
+def _near(trial: Trial) -> FloatArray:
+    return np.full(trial.after.shape[1], np.nan) if trial.near is None else trial.near
 
 
 def write_trials(table: TrialTable, path: str | os.PathLike[str]) -> None:

@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from demospec.report.drawing._window import line_width, view_box
     from demospec.report.pictures._audit import audit_picture
     from demospec.report.pictures._causal import draw_causal_picture, save_causal_picture
+    from demospec.report.pictures._dose import draw_dose_response
     from demospec.report.pictures._effect import (
         draw_boundary_shift,
         draw_counterfactual,
@@ -91,6 +92,7 @@ __all__ = [
     "draw_causal_picture",
     "draw_counterfactual",
     "draw_counterfactual_strip",
+    "draw_dose_response",
     "draw_effect_map",
     "draw_envelopes",
     "draw_plan",
@@ -146,6 +148,7 @@ _HOME = {
         ),
         "pictures._effect",
     ),
+    "draw_dose_response": "pictures._dose",
     "STYLES": "_render",
     "audit_picture": "pictures._audit",
     "build_report": "_build",

@@ -21,6 +21,7 @@ from demospec.report._view import (
 )
 from demospec.report.pictures._audit import reviewed_picture
 from demospec.report.pictures._causal import draw_causal_picture
+from demospec.report.pictures._dose import draw_dose_response
 from demospec.report.pictures._scene import draw_path, draw_scene, new_figure, to_png
 from demospec.report.run._documents import Evidence, QueryEntry, evidence_of, influence_of
 from demospec.report.run._run import Run
@@ -63,6 +64,17 @@ def cares(run: Run) -> Section | None:
                 "Dot plot of causal effects with intervals and a causal graph, per type.",
             )
         )
+        if found.dose:
+            blocks.append(
+                Figure(
+                    to_png(draw_dose_response(found, run.data.units, run.data.metres_per_unit)),
+                    "The same effect for paths that pass the added object near and far: change of "
+                    "E[p(v)] against the distance from the path to its footprint (0: through it), "
+                    f"{_source(first)}. Bands: 95 % intervals at each distance. A curve that falls "
+                    "to 0 at a distance shows how far the object matters.",
+                    "Curves of effect against distance with bands, a panel a type.",
+                )
+            )
         blocks.append(_effects({name: run.causes[name] for name in order}))
         least = found.settings.minimum_effect
         blocks.append(
