@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 from typing import Any
+from unicodedata import category
 
 
 class DemospecError(Exception):
@@ -51,9 +52,9 @@ class InputError(DemospecError):
             place = _short(str(row))
             where.append(place if place.startswith("line ") else f"row {place}")
         if field is not None:
-            where.append(field)
+            where.append(_short(field, 300))
         places = ", ".join(where)
-        line = f"expected {expected}, found {self.found}"
+        line = f"expected {_short(expected, 600)}, found {self.found}"
         super().__init__(f"{places}: {line}" if places else line)
 
     def at(
@@ -122,5 +123,7 @@ def _revived(
 def _short(value: object, limit: int = 120) -> str:
     """One printable line of at most `limit` characters."""
     text = value if isinstance(value, str) else repr(value)
-    text = "".join(c if c.isprintable() else "?" for c in " ".join(text.split()))
+    text = " ".join(text.split())
+    if not text.isprintable():
+        text = "".join("?" if category(c)[0] == "C" else c for c in text)
     return text if len(text) <= limit else text[: limit - 1] + "…"

@@ -9,7 +9,9 @@ from __future__ import annotations
 
 import ctypes
 import json
+import math
 import os
+import re
 import shutil
 import tempfile
 from collections import Counter
@@ -214,25 +216,30 @@ def write_json(path: str | os.PathLike[str], document: object, *, replace: bool 
 
 
 def to_json(document: object) -> str:
-    """JSON text, indented by one blank, without NaN (which no JSON reader need accept)."""
-    return json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False)
+    """JSON text, indented by one blank, without NaN (which no JSON reader need accept).
+
+    Control characters and halves of surrogate pairs, which terminals obey and UTF-8 lacks, are
+    written as escapes.
+    """
+    text = json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False)
+    return _UNSEEN.sub(lambda found: f"\\u{ord(found[0]):04x}", text)
 
 
-def read_json(
-    path: str | os.PathLike[str], *, limit_bytes: int = 1 << 30, once: bool = False
-) -> Any:
-    """Reads one JSON document; NaN and infinities are refused.
+_UNSEEN = re.compile("[\x7f-\x9f\ud800-\udfff]")
+
+
+def read_json(path: str | os.PathLike[str], *, limit_bytes: int = 1 << 30) -> Any:
+    """Reads one JSON document.
 
     Args:
         path: The file.
         limit_bytes: More is refused.
-        once: A key twice in one object is refused (else its last value counts).
 
     Raises:
-        InputError: Unreadable, not UTF-8, not JSON, or larger than `limit_bytes`.
+        InputError: Unreadable, larger than `limit_bytes`, or what `parse_json` refuses.
     """
     file = Path(path)
-    return parse_json(read_bytes(file, limit_bytes=limit_bytes), file=file, once=once)
+    return parse_json(read_bytes(file, limit_bytes=limit_bytes), file=file)
 
 
 def read_bytes(path: str | os.PathLike[str], *, limit_bytes: int = 1 << 30) -> bytes:
@@ -251,23 +258,33 @@ def read_bytes(path: str | os.PathLike[str], *, limit_bytes: int = 1 << 30) -> b
         raise InputError("a readable file", str(error), file=repr(str(path))) from error
 
 
+_LARGE = re.compile(r"[eE]\+?0*\d{3}|\d{309}")
+"""Where a number may be beyond what a double holds (greatest 1.8e308)."""
+
+
 def parse_json(
-    data: bytes,
-    *,
-    file: str | os.PathLike[str] | None = None,
-    row: int | None = None,
-    once: bool = False,
+    data: bytes, *, file: str | os.PathLike[str] | None = None, row: int | None = None
 ) -> Any:
-    """One JSON document from bytes; InputError names the place of the fault.
+    """One JSON document from bytes.
 
     Args:
         data: UTF-8 text.
         file, row: For messages.
-        once: A key twice in one object is refused (else its last value counts).
+
+    Raises:
+        InputError: Not UTF-8, not JSON, a key twice in one object, a number that is not finite
+            or beyond a double's range, or half of a surrogate pair, which is no character.
     """
 
     def refuse(token: str) -> float:
         raise InputError("a finite number", token, file=file, row=row)
+
+    def finite(token: str) -> float:
+        value = float(token)
+        return value if math.isfinite(value) else refuse(token)
+
+    def whole(token: str) -> int:
+        return int(token) if len(token) < 309 else int(refuse(token))
 
     def unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
         found = dict(pairs)
@@ -278,12 +295,19 @@ def parse_json(
 
     try:
         text = data.decode("utf-8")
-        if once:
-            return json.loads(text, parse_constant=refuse, object_pairs_hook=unique)
-        return json.loads(text, parse_constant=refuse)
+        numbers: dict[str, Any] = (
+            {"parse_float": finite, "parse_int": whole} if _LARGE.search(text) else {}
+        )
+        document = json.loads(text, parse_constant=refuse, object_pairs_hook=unique, **numbers)
+        if "\\ud" in text or "\\uD" in text:
+            json.dumps(document, ensure_ascii=False).encode()
+        return document
     except UnicodeDecodeError as error:
         found = f"byte {data[error.start]:#04x} at offset {error.start}"
         raise InputError("UTF-8 text", found, file=file, row=row) from error
+    except UnicodeEncodeError as error:
+        found = f"half of a surrogate pair, \\u{ord(error.object[error.start]):04x}"
+        raise InputError("text of whole characters", found, file=file, row=row) from error
     except json.JSONDecodeError as error:
         found = f"{error.msg} at line {error.lineno} column {error.colno}"
         raise InputError("a JSON document", found, file=file, row=row) from error

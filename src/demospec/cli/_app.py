@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import importlib
 import inspect
+import io
 import os
 import sys
 from collections.abc import Callable, Sequence
@@ -15,7 +16,7 @@ from typing import Annotated, Any
 
 import typer
 
-from demospec.cli._common import FullSentences
+from demospec.cli._common import FullSentences, say
 from demospec.cli._groups import COMMANDS, GROUPS, epilog
 from demospec.cli._written import keeping
 from demospec.errors import DemospecError
@@ -95,6 +96,7 @@ def main(arguments: list[str] | None = None) -> None:
     # Before it builds a schema, pydantic reads the entry points of every installed package for
     # plugins, of which we have none.
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
+    _write_what_can_be()
     given = sys.argv[1:] if arguments is None else arguments
     # One command needs no other: to describe them all to Typer takes longer than to parse.
     names = given[:1] if given and given[0] in COMMANDS else COMMANDS
@@ -119,6 +121,16 @@ def main(arguments: list[str] | None = None) -> None:
         _usage_or_failure(error)
 
 
+def _write_what_can_be() -> None:
+    """No letter that the terminal lacks, and no stream that is closed, ends a command."""
+    for name in ("stdout", "stderr"):
+        stream = getattr(sys, name)
+        if stream is None:
+            setattr(sys, name, io.StringIO())
+        elif hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="replace")
+
+
 def _usage_or_failure(error: Exception) -> None:
     # Typer carries its own copy of click in newer versions: ask the exception, not its class.
     if type(error).__name__ == "Abort":
@@ -138,4 +150,4 @@ def _usage_or_failure(error: Exception) -> None:
 
 
 def _say(message: str) -> None:
-    sys.stderr.write("demospec: " + " ".join(message.splitlines()) + "\n")
+    say("demospec: " + " ".join(message.splitlines()))

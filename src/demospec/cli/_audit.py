@@ -17,6 +17,7 @@ from demospec.cli._common import (
     progress_bar,
     save_json,
     say,
+    show,
 )
 from demospec.errors import InputError
 
@@ -86,9 +87,9 @@ def _print(document: dict[str, Any]) -> None:
             [[d["demo_id"], d["why"]] for d in suspicious],
         )
     else:
-        print(f"nothing to review in {n} demonstrations")
+        show(f"nothing to review in {n} demonstrations")
     if document["conflict"] is not None:
         together = ", ".join(document["conflict"])
-        print(f"not all right under one rule without noise: {together}")
+        show(f"not all right under one rule without noise: {together}")
     for note in document["notes"]:
-        print(note)
+        show(note)

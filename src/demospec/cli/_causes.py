@@ -21,6 +21,8 @@ from demospec.cli._common import (
     progress_bar,
     save_json,
     say,
+    show,
+    spelt,
 )
 from demospec.errors import InputError
 
@@ -43,9 +45,9 @@ def causes(
     picture: Annotated[
         Path | None, typer.Option("--picture", help="Draw the effects and the causal graph (PNG).")
     ] = None,
-    placements: Annotated[int, typer.Option(min=1, help="Places tried per scene.")] = 3,
+    placements: Annotated[int, typer.Option(min=1, max=1000, help="Places tried per scene.")] = 3,
     draws: Annotated[
-        int, typer.Option(min=1, help="Paths (control points z_theta) per scene.")
+        int, typer.Option(min=1, max=100_000, help="Paths (control points z_theta) per scene.")
     ] = 100,
     minimum_effect: Annotated[
         float, typer.Option(min=0, max=1, help="Least change of p(valid) that is called causal.")
@@ -208,7 +210,7 @@ def causes(
         if "boundaries" in document:
             _print_boundaries(document["boundaries"], data)
         for case in document.get("but_for", ()):
-            typer.echo(f"{case['scene_id']}, {case['demo_id']}: {case['sentence']}")
+            show(f"{case['scene_id']}, {case['demo_id']}: {case['sentence']}")
 
 
 def _print_boundaries(rows: list[dict[str, Any]], data: DemonstrationSet) -> None:
@@ -243,32 +245,31 @@ def _print(findings: CausalFindings) -> None:
     from rich import box
     from rich.console import Console
     from rich.table import Table
-    from rich.text import Text
 
     console = Console(highlight=False, width=None if sys.stdout.isatty() else 140)
     grid = Table(
-        title=Text(f"{_what(findings)} over {findings.n_scenes} scenes, and its change"),
+        title=spelt(f"{_what(findings)} over {findings.n_scenes} scenes, and its change"),
         box=box.SIMPLE_HEAD,
         title_justify="left",
     )
     shown = [s for s in findings.symbols if any(c.symbol == s for c in findings.effects)]
     for name in ("type", "base", *(f"+ {s}" for s in shown), "placebo"):
-        grid.add_column(Text(name), justify="left" if name == "type" else "right")
+        grid.add_column(spelt(name), justify="left" if name == "type" else "right")
     for type_ in findings.types:
-        row = [Text(type_), Text(f"{findings.base[type_].mean:.2f}")]
+        row = [spelt(type_), spelt(f"{findings.base[type_].mean:.2f}")]
         row += [_cell(findings.effect(type_, symbol)) for symbol in shown]
         patch = next(p for p in findings.placebo if p.type == type_)
-        row.append(Text(f"{patch.effect:+.3f}" + ("" if patch.null else " !")))
+        row.append(spelt(f"{patch.effect:+.3f}" + ("" if patch.null else " !")))
         grid.add_row(*row)
     console.print(grid)
     for cell in findings.others:
         if cell.causal:
-            console.print(Text(_other(cell)))
+            console.print(spelt(_other(cell)))
     for sentence in findings.sentences:
-        console.print(Text(sentence))
+        console.print(spelt(sentence))
     least = findings.settings.minimum_effect
     console.print(
-        Text(
+        spelt(
             f"* causal: corrected p < {findings.settings.significance:g} and a change of at "
             f"least {least:g}. [low, high]: 95 % interval of the change, over scenes."
             if findings.settings.level == 0.95
@@ -280,14 +281,14 @@ def _print(findings: CausalFindings) -> None:
 def _print_agreement(document: dict[str, Any]) -> None:
     """Model against rules: the score and every disagreement."""
     if document["score"] is None:
-        typer.echo("model and rules: nothing to compare")
+        show("model and rules: nothing to compare")
     else:
         share = f"{100 * document['score']:.0f} % of {document['n_cells']} cells"
-        typer.echo(f"model and rules agree on {share}")
+        show(f"model and rules agree on {share}")
     for cell in document["disagreements"]:
-        typer.echo(f"  {cell['type']}/{cell['symbol']}: {cell['why']}")
+        show(f"  {cell['type']}/{cell['symbol']}: {cell['why']}")
     for line in document["open"]:
-        typer.echo(f"  not compared: {line}")
+        show(f"  not compared: {line}")
 
 
 def _what(findings: CausalFindings) -> str:

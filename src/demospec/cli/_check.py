@@ -13,6 +13,7 @@ from demospec.cli._common import (
     progress_bar,
     save_json,
     say,
+    show,
 )
 from demospec.errors import InputError
 
@@ -52,11 +53,11 @@ def _print(document: dict[str, Any]) -> None:
             rows,
         )
     for problem in document["problems"]:
-        print(f"{problem['severity']}: {problem['message']}")
+        show(f"{problem['severity']}: {problem['message']}")
     for kind, n in document["kinds"].items():
         listed = sum(p["kind"] == kind for p in document["problems"])
         if n > listed:
-            print(f"{kind}: {n} in all, {listed} listed")
+            show(f"{kind}: {n} in all, {listed} listed")
     if document["readable"]:  # else the refusal, which is one line, says how many errors
         n = document["warnings"]
         say(f"readable; {n} warning{'' if n == 1 else 's'}")

@@ -9,7 +9,7 @@ import typer
 
 from demospec.cli._common import Json, Out, SetFolder, print_json, print_table, save_json, say
 from demospec.cli._monitor import ObjectsTopic, RobotTopic, Stale
-from demospec.cli._plan import Anyway, Envelope, RulesPath, SceneId, Type
+from demospec.cli._plan import Anyway, Envelope, RulesPath, SceneId, Type, say_misspelt
 from demospec.errors import InputError
 
 
@@ -64,6 +64,7 @@ def check_run(
     data = read_set(set_folder)
     where = data.scene(scene)
     known = read_plannable(rules, data)
+    say_misspelt(known, data)
     frame = RobotFrame.of(data, where)
     watching = Monitor(
         known, where, type,

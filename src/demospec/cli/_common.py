@@ -8,19 +8,25 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
+from unicodedata import category
 
 import typer
 from typer.core import TyperGroup
 
 from demospec.progress import Progress
 
+if TYPE_CHECKING:
+    from rich.text import Text
+
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout.")]
 Seed = Annotated[int, typer.Option("--seed", min=0, max=2**31 - 1, help="Random seed.")]
 Out = Annotated[Path | None, typer.Option("--out", help="File to write the result to (JSON).")]
 OutFolder = Annotated[Path, typer.Option("--out", help="Folder to write.")]
 Force = Annotated[bool, typer.Option("--force", help="Overwrite an existing output.")]
-Workers = Annotated[int, typer.Option("--workers", min=1, help="Worker processes on this machine.")]
+Workers = Annotated[
+    int, typer.Option("--workers", min=1, max=1024, help="Worker processes on this machine.")
+]
 Cluster = Annotated[
     str | None,
     typer.Option(
@@ -86,7 +92,12 @@ def print_json(document: object) -> None:
     """One JSON document on stdout, nothing else."""
     from demospec.files import to_json
 
-    sys.stdout.write(to_json(document) + "\n")
+    text = to_json(document)
+    if (sys.stdout.encoding or "utf-8").lower().replace("-", "") != "utf8":
+        import json
+
+        text = json.dumps(document, indent=1, allow_nan=False)
+    sys.stdout.write(text + "\n")
 
 
 def save_json(document: object, out: Path | None) -> None:
@@ -98,9 +109,28 @@ def save_json(document: object, out: Path | None) -> None:
         say(f"wrote {out}")
 
 
+def plain(text: str) -> str:
+    """Text of which no part is a command to the terminal, whatever names are in it."""
+    if text.isprintable():
+        return text
+    return "".join(c if category(c)[0] != "C" or c == "\n" else "?" for c in text)
+
+
+def spelt(text: str) -> Text:
+    """`plain` text for a table."""
+    from rich.text import Text
+
+    return Text(plain(text))
+
+
 def say(message: str) -> None:
     """A message for the person: stderr, so that stdout stays data."""
-    sys.stderr.write(message + "\n")
+    sys.stderr.write(plain(message) + "\n")
+
+
+def show(text: object) -> None:
+    """Text of the answer: stdout."""
+    sys.stdout.write(plain(str(text)) + "\n")
 
 
 def print_table(
@@ -110,21 +140,20 @@ def print_table(
     from rich import box
     from rich.console import Console
     from rich.table import Table
-    from rich.text import Text
 
     table = Table(box=box.SIMPLE_HEAD, show_header=any(header))
     for i, name in enumerate(header):
         numeric = all(isinstance(row[i], (int, float)) for row in rows) and bool(rows)
-        table.add_column(Text(name), justify="right" if numeric else "left")
+        table.add_column(spelt(name), justify="right" if numeric else "left")
     for row in rows:
-        table.add_row(*[Text(_cell(value)) for value in row])
+        table.add_row(*[spelt(_cell(value)) for value in row])
     console = Console(highlight=False, width=None if sys.stdout.isatty() else 120)
     if title:  # not the table's own title, which would wrap at the table's width
-        console.print(Text(title))
+        console.print(spelt(title))
     if rows:
         console.print(table)
     if note:
-        console.print(Text(note))
+        console.print(spelt(note))
 
 
 def _cell(value: Any) -> str:

@@ -16,6 +16,7 @@ from demospec.cli._common import (
     print_table,
     progress_bar,
     say,
+    show,
 )
 from demospec.cli._detectors import DetectorName, Symbols, with_detections
 from demospec.errors import InputError
@@ -243,7 +244,7 @@ def _document(result: Any, written: Path | None) -> dict[str, Any]:
 
 def _print(document: dict[str, Any], reading: bool, shown: int = 12) -> None:
     for note in document["notes"]:
-        print(note)
+        show(note)
     if reading and document["read"] is not None:
         _print_reading(document["read"])
     items = document["demonstrations"]
@@ -286,7 +287,7 @@ def _print_reading(read: dict[str, Any]) -> None:
         f"{len(objects['without'])} scenes without a list, {len(objects['unused'])} listed "
         "pictures of no scene"
     )
-    print("\n".join(lines))
+    show("\n".join(lines))
 
 
 def _at(point: list[float]) -> str:

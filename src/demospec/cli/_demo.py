@@ -18,6 +18,7 @@ from demospec.cli._common import (
     print_table,
     progress_bar,
     say,
+    show,
 )
 
 
@@ -70,4 +71,4 @@ def demo(
     )
     print_table("", header, rows, note)
     say(f"took {time.monotonic() - began:.0f} s")
-    print(report)
+    show(report)

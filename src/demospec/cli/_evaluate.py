@@ -17,6 +17,7 @@ from demospec.cli._common import (
     progress_bar,
     save_json,
 )
+from demospec.cli._plan import say_misspelt
 
 
 def evaluate(
@@ -45,6 +46,7 @@ def evaluate(
     if split is not None:
         data = data.of_split(split)
     fitted = load_model(model, data.types, data)
+    say_misspelt(fitted, data)
     judge = None if truth is None else load_model(truth, data.types, data)
     with progress_bar() as progress:
         answer = evaluate_model(fitted, data, truth=judge, progress=progress)

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from demospec.cli._common import Force, Json, Seed, SetFolder, print_json, print_table, say
-from demospec.cli._plan import Envelope, Planner, RulesPath, SceneId, Type
+from demospec.cli._common import Force, Json, Seed, SetFolder, print_json, print_table, say, show
+from demospec.cli._plan import Envelope, Planner, RulesPath, SceneId, Type, say_misspelt
 from demospec.errors import DemospecError
 
 if TYPE_CHECKING:
@@ -55,6 +55,7 @@ def execute(
         raise InputError("gif, mp4 or none", video, field="video")
     data = read_set(set_folder)
     known = read_plannable(rules, data)
+    say_misspelt(known, data)
     judge = known if truth is None else read_plannable(truth, data)
     where = data.scene(scene)
     if allowance is None:
@@ -101,7 +102,7 @@ def _write(out: Path, plan: Plan, rollout: Rollout, scene: Scene, video: str, fo
 def _show(document: dict[str, Any]) -> None:
     title = f"scene {document['scene_id']}, {document['type']}, {document['robot']}"
     if document["status"] != "done":
-        typer.echo(f"{title}\n{document['status']}: {document['reason']}")
+        show(f"{title}\n{document['status']}: {document['reason']}")
         return
     error = document["tracking_error_m"]
     rows = [

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from demospec.cli._common import Force, Json, SetFolder, print_json, say
+from demospec.cli._common import Force, Json, SetFolder, print_json, say, show
 from demospec.cli._plan import (
     Anyway,
     Envelope,
@@ -18,6 +18,7 @@ from demospec.cli._plan import (
     SceneId,
     Type,
     UnknownClearance,
+    say_misspelt,
 )
 
 
@@ -54,6 +55,7 @@ def export(
 
     data = read_set(set_folder)
     known = read_plannable(rules, data)
+    say_misspelt(known, data)
     request = export_request(
         known,
         data.scene(scene),
@@ -73,4 +75,4 @@ def export(
         print_json({"format": to, "files": [str(p) for p in written]})
     else:
         for path in written:
-            typer.echo(str(path))
+            show(str(path))

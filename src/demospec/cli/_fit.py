@@ -63,7 +63,9 @@ def fit(
 
     check_free_folder(out, replace=force)  # before the work, not after it
     data = read_set(set_folder)
-    if any(scene.split == split for scene in data.scenes):
+    splits = {scene.split for scene in data.scenes}
+    # A set that was never split has one, whatever its name: it is all there is to fit on.
+    if split in splits or split != "train":
         data = data.of_split(split)
     if symbols is not None and detector is None:
         raise InputError("--detector too", "only --symbols", field="--symbols")

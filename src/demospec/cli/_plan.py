@@ -4,11 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from demospec.cli._common import Json, Out, Seed, SetFolder, print_json, print_table, save_json, say
+from demospec.cli._common import (
+    Json,
+    Out,
+    Seed,
+    SetFolder,
+    print_json,
+    print_table,
+    save_json,
+    say,
+    show,
+)
+
+if TYPE_CHECKING:
+    from demospec.demonstrations import DemonstrationSet
 
 RulesPath = Annotated[
     Path, typer.Argument(metavar="RULES", help="A rule file (JSON of `rules`), or a model folder.")
@@ -70,6 +83,7 @@ def plan(
 
     data = read_set(set_folder)
     known = read_plannable(rules, data)
+    say_misspelt(known, data)
     result = plan_path(
         known,
         data.scene(scene),
@@ -95,6 +109,22 @@ def plan(
         _show(document, document["metres_per_unit"], data.units)
 
 
+def say_misspelt(known: object, data: DemonstrationSet) -> None:
+    """Says which class of a rule no scene lists, where one that nothing is said of is like it."""
+    from difflib import get_close_matches
+
+    from demospec.rules import RuleSet
+
+    if not isinstance(known, RuleSet):
+        return
+    there = {thing.symbol for scene in data.scenes for thing in scene.objects or ()}
+    clear = [rule.clearance for rule in known.rules.values() if rule.clearance is not None]
+    spoken = {symbol for rule in clear for symbol in (*rule.value, *rule.uninformed)}
+    for symbol in sorted(spoken - there):
+        for like in get_close_matches(symbol, sorted(there - spoken), 1, 0.75):
+            say(f"note: no scene lists {symbol}, of which the rule speaks; is {like} meant?")
+
+
 def _show(document: dict[str, Any], metres_per_unit: float | None, units: str = "px") -> None:
     from demospec.frames import describe_length
 
@@ -104,7 +134,7 @@ def _show(document: dict[str, Any], metres_per_unit: float | None, units: str = 
     title = f"scene {document['scene_id']}, {document['type']}, {document['planner']} planner, "
     title += f"envelope {document['envelope']}"
     if document["status"] != "found":
-        typer.echo(f"{title}\n{document['status']}: {document['reason']}")
+        show(f"{title}\n{document['status']}: {document['reason']}")
         return
     verdict = {True: "yes", False: "no", None: "not known: nothing that was shown decides here"}[
         document["obeys"]

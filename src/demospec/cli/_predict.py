@@ -21,6 +21,7 @@ from demospec.cli._common import (
     save_json,
     say,
 )
+from demospec.cli._plan import say_misspelt
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -78,6 +79,7 @@ def predict(
         return
     data = read_set(set_folder)
     fitted = load_model(model, data.types, data)
+    say_misspelt(fitted, data)
     with progress_bar() as progress:
         answer = predict_set(fitted, data, progress=progress)
     say_unjudged(answer.unjudged)

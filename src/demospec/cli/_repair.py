@@ -18,7 +18,7 @@ from demospec.cli._common import (
     save_json,
     say,
 )
-from demospec.cli._plan import Anyway, refuse_unexplained_type
+from demospec.cli._plan import Anyway, refuse_unexplained_type, say_misspelt
 
 
 def repair(
@@ -61,6 +61,7 @@ def repair(
     settings = RepairSettings(particles=particles, steps=steps, confidence=confidence)
     judge = None if rules is None else load_model(rules, data.types, data)
     fitted = load_model(model, data.types, data)
+    say_misspelt(fitted, data)
     refuse_unexplained_type(fitted, type, anyway)
     with progress_bar() as progress:
         answer = repair_set(fitted, data, type, rules=judge, settings=settings, progress=progress)

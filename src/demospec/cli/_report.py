@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from demospec.cli._common import Json, print_json
+from demospec.cli._common import Json, print_json, show
 
 
 def report(
@@ -36,4 +36,4 @@ def report(
     if json:
         print_json({"report": str(path.resolve()), "summary": list(page.summary)})
     else:
-        print(path.resolve())
+        show(path.resolve())

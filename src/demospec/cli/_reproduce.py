@@ -18,6 +18,7 @@ from demospec.cli._common import (
     print_table,
     progress_bar,
     say,
+    show,
 )
 
 
@@ -80,7 +81,7 @@ def reproduce(
     note = f"{most} demonstrations per scene and type; 50 % is guessing."
     print_table("Balanced accuracy", header, table, note)
     say(f"took {time.monotonic() - began:.0f} s")
-    print(page)
+    show(page)
 
 
 def _cell(value: float | None) -> str:

@@ -18,6 +18,7 @@ from demospec.cli._common import (
     progress_bar,
     save_json,
     say,
+    show,
 )
 from demospec.errors import InputError
 
@@ -320,7 +321,7 @@ def _enough(
         return
     print_table(title, header, rows)
     if words:
-        print(words)
+        show(words)
 
 
 def _problems(
@@ -352,4 +353,4 @@ def _problems(
     for path, answer in zip(paths, answers, strict=True):
         print_table(f"{path.name}: {answer.document['status']}", answer.header, answer.rows)
         for line in answer.sentences:
-            print(line)
+            show(line)

@@ -18,7 +18,7 @@ from demospec.cli._common import (
     save_json,
     say,
 )
-from demospec.cli._plan import Anyway, refuse_unexplained_type
+from demospec.cli._plan import Anyway, refuse_unexplained_type, say_misspelt
 from demospec.errors import CannotJudgeError, InputError
 
 if TYPE_CHECKING:
@@ -57,6 +57,7 @@ def sample(
 
     data = read_set(set_folder)
     fitted = load_model(model, data.types, data)
+    say_misspelt(fitted, data)
     asked = _asked(type, types, fitted.types)
     for name in asked:
         refuse_unexplained_type(fitted, name, anyway)

@@ -33,14 +33,19 @@ def simulate(
     catalogue: Annotated[
         str, typer.Option(help="builtin, or sweethome3d (Debian package sweethome3d-furniture).")
     ] = "builtin",
-    train_scenes: Annotated[int, typer.Option(min=0, help="Training scenes.")] = 20,
+    train_scenes: Annotated[int, typer.Option(min=0, max=100_000, help="Training scenes.")] = 20,
     test_scenes: Annotated[
-        int, typer.Option(min=0, help="Test scenes, with items that training scenes do not show.")
+        int,
+        typer.Option(
+            min=0, max=100_000, help="Test scenes, with items that training scenes do not show."
+        ),
     ] = 20,
     demonstrations: Annotated[
-        int, typer.Option(min=1, help="Demonstrations per scene and type of user.")
+        int, typer.Option(min=1, max=100_000, help="Demonstrations per scene and type of user.")
     ] = 10,
-    size_px: Annotated[int, typer.Option("--size-px", help="Side of the pictures, pixels.")] = 100,
+    size_px: Annotated[
+        int, typer.Option("--size-px", max=4000, help="Side of the pictures, pixels.")
+    ] = 100,
     clearance_px: Annotated[
         float | None,
         typer.Option(

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
-from demospec.demonstrations._trajectory import MAX_COORDINATE
+from demospec.demonstrations._trajectory import LEAST_SCALE, MAX_COORDINATE, MAX_SCALE
 from demospec.errors import InputError
 from demospec.files import to_json
 from demospec.frames import Frame
@@ -56,7 +56,7 @@ class _Strict(BaseModel):
 
 Row = Annotated[list[Coordinate], Field(min_length=3, max_length=3)]
 
-Scale = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Scale = Annotated[float, Field(ge=LEAST_SCALE, le=MAX_SCALE, allow_inf_nan=False)]
 
 
 class FrameEntry(_Strict):

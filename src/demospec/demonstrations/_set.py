@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from demospec.demonstrations._motion import Motion, Motions
 from demospec.demonstrations._pairs import Pair, checked_pairs
-from demospec.demonstrations._trajectory import Demonstrations
+from demospec.demonstrations._trajectory import LEAST_SCALE, MAX_SCALE, Demonstrations
 from demospec.errors import InputError
 from demospec.frames import METRES, Frame, metres_of_unit
 from demospec.geometry import extent, path_bounds
@@ -147,8 +147,9 @@ class DemonstrationSet:
 
 def _check_header(s: DemonstrationSet) -> None:
     scale = s.metres_per_unit
-    if scale is not None and not (math.isfinite(scale) and scale > 0):
-        raise InputError("a number > 0 or null", scale, field="metres_per_unit")
+    if scale is not None and not LEAST_SCALE <= scale <= MAX_SCALE:
+        expected = f"a number from {LEAST_SCALE:g} to {MAX_SCALE:g}, or null"
+        raise InputError(expected, scale, field="metres_per_unit")
     if scale is not None and s.units in METRES and not math.isclose(scale, METRES[s.units]):
         raise InputError(
             f"{METRES[s.units]} or null, as the unit is {s.units}", scale, field="metres_per_unit"

@@ -18,6 +18,9 @@ BoolArray = NDArray[np.bool_]
 MAX_COORDINATE = 1e9
 """Coordinates beyond this are refused: squares of them no longer fit the solver's integers."""
 
+LEAST_SCALE, MAX_SCALE = 1e-12, 1e9
+"""Metres per unit outside this are refused: lengths in metres would no longer be numbers."""
+
 MAX_POINTS = 500_000
 """Paths of more points are refused: eight minutes at 1 kHz say no more than a thinned path."""
 

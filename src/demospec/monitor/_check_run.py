@@ -331,7 +331,7 @@ def plan_of_file(path: Path) -> FloatArray:
         found = np.asarray(points, dtype=np.float64)
     except (TypeError, ValueError):
         found = np.empty(0)
-    if found.ndim != 2 or not len(found) or found.shape[1] < 2 or not np.isfinite(found).all():
+    if found.ndim != 2 or not len(found) or found.shape[1] < 2 or not (abs(found) <= 1e9).all():
         raise InputError("the JSON of `demospec plan`, with a path", "none", file=path,
                          field="points")  # fmt: skip
     return found[:, :2]

@@ -186,6 +186,9 @@ def _clearance(entry: Mapping[str, Any], at: str) -> ClearanceRule:
         if symbol not in value:
             raise InputError("a value for every relevant symbol", _keys(value), field=f"{at}.value")
         numbers[symbol] = _number(value[symbol], f"{at}.value.{symbol}")
+        if numbers[symbol] < 0:
+            raise InputError("a clearance of at least 0", value[symbol],
+                             field=f"{at}.value.{symbol}")  # fmt: skip
     interval = {}
     for symbol, ends in _mapping(entry.get("interval", {}), f"{at}.interval").items():
         field = f"{at}.interval.{symbol}"

@@ -77,11 +77,11 @@ def _read_file(file: Path, root: Path, mapping: How, source: Source, many: bool)
 def _document(path: Path) -> Any:
     if path.suffix.lower() == ".jsonl":
         return [
-            parse_json(line, file=path, row=row, once=True)
+            parse_json(line, file=path, row=row)
             for row, line in enumerate(read_bytes(path).splitlines())
             if line.strip()
         ]
-    return read_document(path, once=True)
+    return read_document(path)
 
 
 def _items(document: Any, path: Path, mapping: How) -> tuple[list[Any], bool]:

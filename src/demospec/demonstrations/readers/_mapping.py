@@ -142,7 +142,7 @@ class Mapping(_Closed):
 
 def read_mapping(path: str | os.PathLike[str]) -> Mapping:
     """Reads a mapping file; InputError names the key that is wrong."""
-    return parse(Mapping, read_json(path, once=True), file=path)
+    return parse(Mapping, read_json(path), file=path)
 
 
 def with_options(mapping: Mapping, options: dict[str, Any]) -> Mapping:
