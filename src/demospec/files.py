@@ -277,7 +277,10 @@ def parse_json(
     """
 
     def refuse(token: str) -> float:
-        raise InputError("a finite number", token, file=file, row=row)
+        before = text[: text.find(token)]
+        place = f"line {before.count(chr(10)) + 1} column {len(before) - before.rfind(chr(10))}"
+        short = token if len(token) <= 20 else token[:20] + "…"
+        raise InputError("a finite number", f"{short} at {place}", file=file, row=row)
 
     def finite(token: str) -> float:
         value = float(token)

@@ -99,7 +99,10 @@ def test_disk_full_is_one_line(tmp_path: Path) -> None:
         (b'{"a": NaN}', "a finite number"),
         (b"\xff\xfe", "UTF-8 text"),
         (b"[" * 100_000, "a JSON document"),
-        (b"1" * 10_000, "a JSON document"),
+        (b"1" * 10_000, "a finite number.* at line 1 column 1$"),
+        (b'{"a": 2,\n "b": 1e400}', "found 1e400 at line 2 column 7$"),
+        (b'{"a": "\\ud800"}', "half of a surrogate pair"),
+        (b'{"a": 1, "a": 2}', "a"),
     ],
 )
 def test_broken_json_is_an_input_error(data: bytes, expected: str) -> None:

@@ -87,7 +87,7 @@ def test_a_set_checks_itself_in_memory_too() -> None:
         ({"types": ()}, "one of the set's types"),
         ({"scenes": ()}, "at least one scene"),
         ({"scenes": (scene, scene)}, "each scene once"),
-        ({"metres_per_unit": -1.0}, "a number > 0"),
+        ({"metres_per_unit": -1.0}, "a number from 1e-12 to 1e.09"),
         ({"columns": ("x", "y", "z")}, "3 numbers a point"),
     ):
         arguments = {"scenes": (scene,), "demonstrations": items, "types": ("t",)} | change

@@ -90,7 +90,7 @@ REFUSED: dict[str, tuple[Any, str]] = {
     "a truth value": ([[[1, 2], [True, 4]]], "a number"),
     "text": ([[[1, 2], ["3", 4]]], "a number"),
     "ragged": ([[[1, 2], [3, 4, 5]]], "3 numbers in point 1"),
-    "beyond floats": ([[[1, 2], [10**400, 4]]], "a floating-point number"),
+    "beyond floats": ([[[1, 2], [10**400, 4]]], "a finite number"),
     "an item that comes and goes": ([step(0), step(1, items=[])], "2 once in each of 2 steps"),
     "an item without a place": ([step(0, items=[{"id": 3}])], "an object with id and position"),
 }  # fmt: skip

@@ -117,8 +117,23 @@ def main(arguments: list[str] | None = None) -> None:
         # Whoever read our output closed it (`demospec … | head`): nothing is wrong.
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
         raise SystemExit(0) from None
+    except UnicodeEncodeError as error:
+        if not any(_broken(word) for word in given):
+            _usage_or_failure(error)
+        _say("expected arguments in UTF-8, found " + next(filter(_broken, given)))
+        raise SystemExit(2) from None
+    except OSError as error:  # what the system refuses is no mistake of ours
+        if os.environ.get("DEMOSPEC_TRACEBACK"):
+            raise
+        _say(f"{error.filename or 'the system'}: {error.strerror or error}")
+        raise SystemExit(2) from None
     except Exception as error:
         _usage_or_failure(error)
+
+
+def _broken(word: str) -> bool:
+    """Whether an argument holds bytes that are no UTF-8."""
+    return any("\ud800" <= c <= "\udfff" for c in word)
 
 
 def _write_what_can_be() -> None:

@@ -129,7 +129,7 @@ def convert(
         typer.Option("--exclude", help="Pattern of files to leave out; may be repeated."),
     ] = None,
     every: Annotated[
-        int | None, typer.Option("--every", min=1, help="Keep every N-th point.")
+        int | None, typer.Option("--every", min=1, max=10**9, help="Keep every N-th point.")
     ] = None,
     drop_missing: Annotated[
         bool, typer.Option("--drop-missing", help="Leave out points with missing coordinates.")

@@ -40,15 +40,19 @@ Planner = Annotated[str, typer.Option(help="grid, latent, or an OMPL planner (ex
 Resolution = Annotated[
     float | None,
     typer.Option(
-        help="Cells per unit of the set (1/px, 1/m); by default a hundred along the longer side."
+        min=0,
+        max=1e9,
+        help="Cells per unit of the set (1/px, 1/m); by default a hundred along the longer side.",
     ),
 ]
 
 UnknownClearance = Annotated[
     float | None,
     typer.Option(
+        min=0,
+        max=1e9,
         help="Kept from things that nothing is known about, units of the set; by default the "
-        "largest clearance that is known."
+        "largest clearance that is known.",
     ),
 ]
 Anyway = Annotated[

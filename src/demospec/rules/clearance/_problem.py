@@ -11,7 +11,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from demospec.demonstrations import checked_points
+from demospec.demonstrations import MAX_COORDINATE, checked_points
 from demospec.errors import InputError
 from demospec.frames import FloatArray
 from demospec.geometry import bounds_of, extent
@@ -223,10 +223,14 @@ def _scene(value: Any, at: str, index: int) -> Scene:
 
 
 def _polygon(value: Any, field: str) -> Polygon:
+    expected = f"at least three [x, y] corners of size at most {MAX_COORDINATE:g}"
     try:
-        return Polygon(value)
+        shape = Polygon(value)
     except (InputError, TypeError, ValueError, OverflowError) as error:
-        raise InputError("at least three [x, y] corners", value, field=field) from error
+        raise InputError(expected, value, field=field) from error
+    if np.abs(shape.vertices).max() > MAX_COORDINATE:
+        raise InputError(expected, value, field=field)
+    return shape
 
 
 def _mapping(value: Any, expected: str, field: str | None) -> dict[str, Any]:
