@@ -12,7 +12,7 @@ from dataclasses import replace
 from demospec.causal._results import CausalFindings, SymbolEffect
 from demospec.causal._sentences import sentences
 from demospec.demonstrations import ValidityModel
-from demospec.rules import LabelFit, RuleSet
+from demospec.rules import LabelFit, RuleSet, constraint_words
 from demospec.scene import Scene
 
 OF_THE_MODEL = "Effects are on what the model learned from these answers accepts."
@@ -39,6 +39,19 @@ def open_classes(model: ValidityModel) -> dict[str, tuple[str, ...]]:
         for name, rule in rules.rules.items()
         if rule.clearance is not None and rule.fit is not None
     }
+
+
+def own_paths_asked(model: ValidityModel, type: str) -> list[str]:
+    """What a rule asks of the path whatever stands in the scene, in words: no intervention on
+    objects can show it."""
+    rules = model if isinstance(model, RuleSet) else getattr(model, "rules", None)
+    if not isinstance(rules, RuleSet) or type not in rules.rules:
+        return []
+    return [
+        f"{constraint_words(c, rules.units, rules.metres_per_unit)}, whatever stands there"
+        for c in rules.of_type(type).constraints
+        if c.of is None and c.when is None
+    ]
 
 
 def checked(
@@ -79,6 +92,8 @@ def checked(
         unknown,
     )
     first = (OF_THE_MODEL,) if fits else ()
+    said = [f"{n} {'; '.join(own)}." for n in findings.types if n not in failed
+            if (own := own_paths_asked(model, n))]  # fmt: skip
     return replace(
         findings,
         effects=effects,
@@ -87,6 +102,7 @@ def checked(
         sentences=(
             *first,
             *words,
+            *said,
             *_of_checks(findings, fits, pictures),
         ),
         labels={name: fit for name, fit in fits.items() if name in findings.types},

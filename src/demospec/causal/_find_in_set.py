@@ -9,12 +9,15 @@ from dataclasses import replace
 from functools import partial
 from typing import Any, Literal
 
+import numpy as np
+
 from demospec.causal._find import editor_for, prepared
 from demospec.causal._results import Settings
 from demospec.causal._scene_trials import Collected, SceneTrials
 from demospec.causal._trials import TrialTable
 from demospec.demonstrations import (
     DemonstrationSet,
+    Motions,
     ValidityModel,
     pictures_in_memory,
     read_set,
@@ -52,7 +55,8 @@ def trials_of_set(
             has is then left out and named. Asked for by name, it is refused.
         split: Which scenes.
         paths: ``random`` Bézier curves, or the scene's own ``demonstrations`` (whatever their
-            type and verdict), for tasks in which people do not draw Bézier curves.
+            type and verdict), for tasks in which people do not draw Bézier curves. Rules that ask
+            for heights, tilts or times are always asked about demonstrations: curves have none.
         source, catalogue: Where what is added comes from; see `Editor`.
 
     Raises:
@@ -63,7 +67,7 @@ def trials_of_set(
     )
     run.scenes(scenes, progress)
     table = run.table(skipped)
-    return replace(table, notes=(*table.notes, *_notes(chosen, table)))
+    return replace(table, notes=(*table.notes, *_notes(chosen, table, run)))
 
 
 def trials_of_stored(
@@ -100,7 +104,7 @@ def trials_of_stored(
     ):  # fmt: skip
         run.take(part)
     table = run.table(skipped)
-    return replace(table, notes=(*table.notes, *_notes(chosen, table)))
+    return replace(table, notes=(*table.notes, *_notes(chosen, table, run)))
 
 
 def _some_scenes(
@@ -125,10 +129,16 @@ def _prepared(
     if isinstance(model, RuleSet):  # a file of rules may speak in another unit
         model = rules_for_set(model, data)
     chosen = data if split == "all" else data.of_split(split)
+    if paths == "random" and beyond_places(model, chosen):
+        paths = "demonstrations"
     scenes = pictures_in_memory(chosen).scenes
     editor = editor_for(
         scenes, source=source, catalogue=catalogue, metres_per_unit=data.metres_per_unit
     )
+    own = None
+    if paths == "demonstrations":
+        whole = isinstance(model, RuleSet) and any(model.of_type(t).constraints for t in model.types)
+        own = _own_paths(chosen, settings.draws, whole=whole)
     run, skipped = prepared(
         model,
         scenes,
@@ -136,24 +146,47 @@ def _prepared(
         types,
         settings=settings,
         editor=editor,
-        paths=_own_paths(chosen, settings.draws) if paths == "demonstrations" else None,
+        paths=own,
         skip_absent=symbols is None,
     )
     return run, skipped, chosen, scenes
 
 
-def _own_paths(data: DemonstrationSet, draws: int) -> dict[str, list[FloatArray]]:
-    """Scene id → its demonstrations, resampled to one length."""
-    out = {}
+def _own_paths(
+    data: DemonstrationSet, draws: int, *, whole: bool
+) -> dict[str, Sequence[FloatArray]]:
+    """Scene id → its demonstrations, resampled to one length; or `whole`, with columns and times."""
+    out: dict[str, Sequence[FloatArray]] = {}
     for scene_id, rows in data.rows_by_scene().items():
-        own = data.demonstrations.paths_xy([int(r) for r in rows[:draws]])
-        out[scene_id] = [resample(p, 64) for p in own]
+        out[scene_id] = _shown(data, rows, draws, whole=whole)
     if not out:
         raise InputError("scenes with demonstrations", "none", field="paths")
     return out
 
 
-def _notes(data: DemonstrationSet, table: TrialTable) -> list[str]:
+def _shown(
+    data: DemonstrationSet, rows: Sequence[int], draws: int, *, whole: bool
+) -> Sequence[FloatArray]:
+    """Demonstrations of one scene: of everybody alike, where there are more than `draws`."""
+    if whole:
+        keep = np.unique(np.linspace(0, len(rows) - 1, min(draws, len(rows))).round().astype(int))
+        return data.motions([int(rows[i]) for i in keep])
+    return [resample(p, 64) for p in data.demonstrations.paths_xy([int(r) for r in rows[:draws]])]
+
+
+def beyond_places(model: ValidityModel, data: DemonstrationSet) -> bool:
+    """Whether a model asks for heights, tilts or times, which only the set's own paths have."""
+    if not isinstance(model, RuleSet) or not any(model.of_type(t).constraints for t in model.types):
+        return False
+    for scene in data.scenes:
+        if scene.objects is not None:
+            line = np.stack([scene.start[:2], scene.goal[:2]])
+            view = model.see(scene)
+            return any(np.isnan(view.margins([line], name)).any() for name in model.types)
+    return False
+
+
+def _notes(data: DemonstrationSet, table: TrialTable, run: SceneTrials) -> list[str]:
     """What the set's own make-up takes away from the findings."""
     shown = {
         (type_, scene_id)
@@ -164,6 +197,11 @@ def _notes(data: DemonstrationSet, table: TrialTable) -> list[str]:
     }
     count = Counter(type_ for type_, _ in shown)
     notes = []
+    if any(isinstance(own, Motions) for own in (run.paths or {}).values()):
+        notes.append(
+            "the rule speaks of more than places: judged are the scenes' own demonstrations, with "
+            "their heights, tilts and times"
+        )
     if all(scene.picture is None for scene in data.scenes):
         notes.append("no pictures: interventions change object lists only, the placebo nothing")
     if len(table.scene_ids) == 1:

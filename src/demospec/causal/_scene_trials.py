@@ -17,7 +17,7 @@ from demospec.causal._paths import (
 from demospec.causal._results import Intervention, Settings
 from demospec.causal._statistics import stable_seed
 from demospec.causal._trials import Trial, TrialTable
-from demospec.demonstrations import Paths, ValidityModel, View, fit_bezier
+from demospec.demonstrations import Motions, Paths, ValidityModel, View, fit_bezier
 from demospec.errors import CannotJudgeError
 from demospec.frames import FloatArray
 from demospec.geometry import Bounds
@@ -167,7 +167,14 @@ class SceneTrials:
 
     def _paths(self, scene: Scene, area: Bounds) -> tuple[FloatArray, Paths]:
         if self.paths is not None:
-            given = self.paths.get(scene.scene_id, [])[: self.settings.draws]
+            given = self.paths.get(scene.scene_id, [])
+            if isinstance(given, Motions):
+                # Copies: what is measured beside things that are added goes with the scene.
+                given = Motions(
+                    replace(m, known={}) for m in given.motions[: self.settings.draws]
+                )
+            else:
+                given = given[: self.settings.draws]
             fitted = [fit_bezier(p[:, :2])[0] for p in given]
             return np.array(fitted).reshape(-1, 2), given
         controls = draw_controls(area, self.settings.draws, self.rng(scene, "z_theta"))

@@ -62,7 +62,10 @@ def causes(
     ] = "all",
     paths: Annotated[
         Literal["random", "demonstrations"],
-        typer.Option(help="Random Bezier curves, or the set's own demonstrations."),
+        typer.Option(
+            help="Random Bezier curves, or the set's own demonstrations (always where the rule "
+            "speaks of heights, tilts or times)."
+        ),
     ] = "random",
     source: Annotated[
         Literal["auto", "catalogue", "cutouts"],

@@ -154,7 +154,9 @@ def _show(document: dict[str, Any], metres_per_unit: float | None, units: str = 
     rows += [[f"clearance to {name}", words(c)] for name, c in document["clearance"].items()]
     if document["t"]:
         rows.append(["duration", f"{document['t'][-1]:.3g} s"])
-    rows += [[c["sentence"], _kept(c)] for c in document["constraints"]]
+    rows += [
+        [c["sentence"], _kept(c, units, metres_per_unit)] for c in document["constraints"]
+    ]
     rows += [
         [f"too near to {v['object']}", f"by {words(v['by'])} at {v['at']}"]
         for v in document["violations"]
@@ -162,19 +164,20 @@ def _show(document: dict[str, Any], metres_per_unit: float | None, units: str = 
     print_table(title, ["what", "value"], rows, "\n".join(_notes(document, words)))
 
 
-def _kept(constraint: dict[str, Any]) -> str:
+def _kept(constraint: dict[str, Any], units: str, metres_per_unit: float | None) -> str:
     """Whether a constraint is kept, and by how much."""
+    from demospec.rules import quantity_words
+
     if constraint["kept"] is None:
-        return "not known"
+        return "not known: the path does not hold what it speaks of"
     verdict = "yes" if constraint["kept"] else "no"
     if constraint["margin"] is None:
-        return f"{verdict}: nothing of it is here"
-    unit = "" if constraint["unit"] == "1" else f" {constraint['unit']}"
-    word = "room" if constraint["kept"] else "by"
-    left = f", {word} {abs(constraint['margin']):.3g}{unit}"
-    return f"{verdict}{left}" + (
-        " when carried upright" if constraint["how"] == "execution" else ""
-    )
+        return f"{verdict}: the path comes to nothing that it speaks of"
+    left = quantity_words(abs(constraint["margin"]), constraint["unit"], units, metres_per_unit)
+    if constraint["kept"]:
+        upright = " when carried upright" if constraint["how"] == "execution" else ""
+        return f"{verdict}, with {left} to spare{upright}"
+    return f"{verdict}, by {left}"
 
 
 def _notes(document: dict[str, Any], words: Callable[[float], str]) -> list[str]:

@@ -216,6 +216,9 @@ def _set(
         for name, rule in answer.rules.items()
     ]
     print_table("Rules", ["type", "accepted", "rejected", "rule"], rows)
+    rows = _by_constraint(answer)
+    if rows:
+        print_table("Constraints", ["type", "constraint", "chance"], rows)
     rows = _by_class(answer)
     if rows:
         # Not in the set's own unit: as the sentence says it.
@@ -253,6 +256,15 @@ def _by_class(answer: RuleSet) -> list[list[Any]]:
             chance = "–" if not known else _percent(probability)
             rows.append([name, symbol, word if known else "not shown", chance, length])
     return rows
+
+
+def _by_constraint(answer: RuleSet) -> list[list[Any]]:
+    """Of every type: what it asks besides clearances, and how probably."""
+    return [
+        [name, c.sentence, "–" if c.probability is None else _percent(c.probability)]
+        for name, rule in answer.rules.items()
+        for c in rule.constraints
+    ]
 
 
 def _percent(p: float) -> str:

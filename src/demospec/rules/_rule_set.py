@@ -307,9 +307,24 @@ class RuleView:
 
         A type without draws has its one rule in each of the rows; a shorter list begins anew.
         """
-        rule = self.model.of_type(type).clearance
+        rules = self.model.of_type(type)
+        accepted = self._clearance_by_draw(rules, paths)
+        if not rules.constraints:
+            return accepted
+        from demospec.rules.constraints._gradients import shifts
+
+        margins = self.margins(paths, type)
+        for column, shift in zip(margins.T, shifts(rules.constraints, self.draws), strict=True):
+            # What cannot be measured is kept, as by `logits`.
+            accepted = accepted * ~(column + shift[:, None] < 0)
+        return accepted
+
+    def _clearance_by_draw(self, rules: TypeRules, paths: Paths) -> FloatArray:
+        rule = rules.clearance
         if rule is None or not rule.draws:
-            return np.tile(self.p_valid(paths, type), (self.draws, 1))
+            own = self._margins(rules, paths)
+            kept = np.ones(len(paths)) if own is None else (own >= 0).astype(np.float64)
+            return np.tile(kept, (self.draws, 1))
         symbols = tuple(dict.fromkeys(s for draw in rule.draws for s in draw))
         if not symbols:
             return np.ones((self.draws, len(paths)))
@@ -325,15 +340,26 @@ class RuleView:
     def logits_and_gradients(self, paths: FloatArray, type: str) -> tuple[FloatArray, FloatArray]:
         """Logits (n,) and their subgradients along the paths (n, m, 2).
 
+        Paths are of the plane: what asks for heights, tilts or times has no part in it.
+
         Raises:
             InputError: The type has an influence rule only, which counts points and so has no
                 gradient.
         """
-        rule = self.model.of_type(type).clearance
-        if rule is None:
+        rules = self.model.of_type(type)
+        if rules.clearance is None and (rules.influence is not None or not rules.constraints):
             field_name = f"types.{type}.clearance"
             raise InputError("a clearance rule (it has gradients)", "none", field=field_name)
-        margin, gradient = rule.margins_and_gradients(self.scene, paths)
+        margin, gradient = np.full(len(paths), np.inf), np.zeros(np.shape(paths))
+        if rules.clearance is not None:
+            margin, gradient = rules.clearance.margins_and_gradients(self.scene, paths)
+        if rules.constraints:
+            from demospec.rules.constraints._gradients import margins_and_gradients
+
+            asked, slopes = margins_and_gradients(rules.constraints, self.scene, paths)
+            closer = asked < margin
+            margin = np.where(closer, asked, margin)
+            gradient = np.where(closer[:, None, None], slopes, gradient)
         return _as_logit(margin), gradient
 
 

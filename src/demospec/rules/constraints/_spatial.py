@@ -23,8 +23,12 @@ FREE = FeatureValue(float("inf"))
 
 
 def distance(motion: Motion, scene: Scene, asked: Constraint) -> FeatureValue:
-    """Least distance to the footprints of a class, on one side of them where a sector is named."""
+    """Least distance to the footprints of a class, on one side of them where a sector is named.
+
+    Things whose sides are not known are no matter where they are farther away than the nearest.
+    """
     best = FREE
+    unknown = np.inf
     for item in things(scene, str(asked.of)):
         if asked.sector is None:
             gap, along = gaps(motion, item)
@@ -33,11 +37,12 @@ def distance(motion: Motion, scene: Scene, asked: Constraint) -> FeatureValue:
         else:
             ahead = sector_direction(item, asked.sector, asked.unit == "px")
             if ahead is None:
-                return UNKNOWN
+                unknown = min(unknown, float(gaps(motion, item)[0].min()))
+                continue
             value, row, place = _on_side(motion, item, ahead)
         if row is not None and value < best.value:
             best = FeatureValue(value, motion.share(row, place), (item.id,))
-    return best
+    return UNKNOWN if unknown < best.value else best
 
 
 def near(motion: Motion, scene: Scene, asked: Constraint) -> FeatureValue:
@@ -136,9 +141,11 @@ def height_over(motion: Motion, scene: Scene, asked: Constraint) -> FeatureValue
         return UNKNOWN
     best = FREE
     for item in things(scene, str(asked.of)):
-        if item.height is None:
-            return UNKNOWN
         for i, spans in inside(motion, item, 0.0).items():
+            if item.height is None:
+                if spans:
+                    return UNKNOWN
+                continue
             here, there = float(z[i]), float(z[min(i + 1, len(z) - 1)])
             for along in (end for span in spans for end in span):  # linear in between
                 over = here + along * (there - here) - item.height[1]

@@ -99,8 +99,18 @@ class Editor:
             fitting = [i for i in found if i.part == key[1]] or [
                 i for i in found if i.part != "carried"
             ]
-            self._items[key] = [CatalogueTemplate(i, self.metres_per_unit) for i in fitting]
+            height, faces = self._as_listed(symbol)
+            self._items[key] = [
+                CatalogueTemplate(i, self.metres_per_unit, height, faces) for i in fitting
+            ]
         return self._items[key]
+
+    def _as_listed(self, symbol: str) -> tuple[tuple[float, float] | None, bool]:
+        """The height that things of a symbol have (the middle one), and whether they face a way."""
+        items = [t.item for t in self._listed.get(symbol, []) if isinstance(t, ListedTemplate)]
+        heights = sorted(i.height for i in items if i.height is not None)
+        faces = any(i.heading_deg is not None for i in items)
+        return heights[len(heights) // 2] if heights else None, faces
 
     def remove(self, scene: Scene, object_id: str) -> Scene:
         """do(Z_I := E(I ∖ o)): composed scenes are drawn without it, others painted over."""

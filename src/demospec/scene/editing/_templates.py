@@ -65,10 +65,15 @@ class CatalogueTemplate:
 
     Args:
         metres_per_px: Scale of pictures that do not state how they were composed.
+        height: Lowest and highest z that it is given, as things of its symbol have in the set.
+        faces: Whether things of its symbol face some way in the set: then it faces where it is
+            turned to.
     """
 
     item: CatalogueItem
     metres_per_px: float | None
+    height: tuple[float, float] | None = None
+    faces: bool = False
 
     @property
     def name(self) -> str:
@@ -80,7 +85,13 @@ class CatalogueTemplate:
 
     def put(self, scene: Scene, center: tuple[float, float], angle_rad: float) -> Scene:
         angle = round(angle_rad / (2 * np.pi) * ANGLES) * 2 * np.pi / ANGLES
-        return overlay(scene, self.item, center, angle, metres_per_px=self.metres_per_px)
+        after = overlay(scene, self.item, center, angle, metres_per_px=self.metres_per_px)
+        if after.objects is None or (self.height is None and not self.faces):
+            return after
+        *others, new = after.objects
+        heading = float(np.rad2deg(np.arctan2(np.sin(angle), np.cos(angle))))
+        new = replace(new, height=self.height, heading_deg=heading if self.faces else None)
+        return replace(after, objects=(*others, new))
 
 
 @dataclass(frozen=True)
