@@ -10,6 +10,7 @@ from functools import partial
 from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from demospec.causal._find import editor_for, prepared
 from demospec.causal._results import Settings
@@ -137,7 +138,9 @@ def _prepared(
     )
     own = None
     if paths == "demonstrations":
-        whole = isinstance(model, RuleSet) and any(model.of_type(t).constraints for t in model.types)
+        whole = isinstance(model, RuleSet) and any(
+            model.of_type(t).constraints for t in model.types
+        )
         own = _own_paths(chosen, settings.draws, whole=whole)
     run, skipped = prepared(
         model,
@@ -155,7 +158,7 @@ def _prepared(
 def _own_paths(
     data: DemonstrationSet, draws: int, *, whole: bool
 ) -> dict[str, Sequence[FloatArray]]:
-    """Scene id → its demonstrations, resampled to one length; or `whole`, with columns and times."""
+    """Scene id → its demonstrations, resampled; or `whole`, with columns and times."""
     out: dict[str, Sequence[FloatArray]] = {}
     for scene_id, rows in data.rows_by_scene().items():
         out[scene_id] = _shown(data, rows, draws, whole=whole)
@@ -165,7 +168,7 @@ def _own_paths(
 
 
 def _shown(
-    data: DemonstrationSet, rows: Sequence[int], draws: int, *, whole: bool
+    data: DemonstrationSet, rows: NDArray[np.int64], draws: int, *, whole: bool
 ) -> Sequence[FloatArray]:
     """Demonstrations of one scene: of everybody alike, where there are more than `draws`."""
     if whole:

@@ -170,9 +170,7 @@ class SceneTrials:
             given = self.paths.get(scene.scene_id, [])
             if isinstance(given, Motions):
                 # Copies: what is measured beside things that are added goes with the scene.
-                given = Motions(
-                    replace(m, known={}) for m in given.motions[: self.settings.draws]
-                )
+                given = Motions(replace(m, known={}) for m in given.motions[: self.settings.draws])
             else:
                 given = given[: self.settings.draws]
             fitted = [fit_bezier(p[:, :2])[0] for p in given]

@@ -154,9 +154,7 @@ def _show(document: dict[str, Any], metres_per_unit: float | None, units: str = 
     rows += [[f"clearance to {name}", words(c)] for name, c in document["clearance"].items()]
     if document["t"]:
         rows.append(["duration", f"{document['t'][-1]:.3g} s"])
-    rows += [
-        [c["sentence"], _kept(c, units, metres_per_unit)] for c in document["constraints"]
-    ]
+    rows += [[c["sentence"], _kept(c, units, metres_per_unit)] for c in document["constraints"]]
     rows += [
         [f"too near to {v['object']}", f"by {words(v['by'])} at {v['at']}"]
         for v in document["violations"]

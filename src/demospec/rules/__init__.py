@@ -35,10 +35,13 @@ if TYPE_CHECKING:
     from demospec.rules.active._result import Query
     from demospec.rules.clearance._encounters import Encounters, Passes, encounters, passes
     from demospec.rules.clearance._fit import ClearanceFit, fit_document
+    from demospec.rules.constraints._beside import fit_with_constraints
     from demospec.rules.constraints._constraint import Constraint, When
     from demospec.rules.constraints._documents import constraint_from_json
     from demospec.rules.constraints._feature import Feature, FeatureValue
     from demospec.rules.constraints._judge import Worst, margin, margins, worst
+    from demospec.rules.constraints._learned import Learned
+    from demospec.rules.constraints._left_out import kept_by_others
     from demospec.rules.constraints._point_features import PointFeature
     from demospec.rules.constraints._registry import (
         constraint_feature,
@@ -52,7 +55,12 @@ if TYPE_CHECKING:
         sector_direction,
         table_of,
     )
-    from demospec.rules.constraints._words import broken_words, constraint_words, quantity_words
+    from demospec.rules.constraints._words import (
+        broken_parts,
+        broken_words,
+        constraint_words,
+        quantity_words,
+    )
     from demospec.rules.influence._answer import InfluenceAnswer
     from demospec.rules.influence._conflict import minimal_conflict
     from demospec.rules.influence._consistent_sets import ConsistentSets, consistent_sets
@@ -120,7 +128,11 @@ __all__ = [
     "regions_of",
     "sector_direction",
     "table_of",
+    "broken_parts",
     "broken_words",
+    "fit_with_constraints",
+    "Learned",
+    "kept_by_others",
     "constraint_words",
     "quantity_words",
     "enough_problem",
@@ -211,7 +223,11 @@ _HOME = {
     "regions_of": "constraints._spatial",
     "sector_direction": "constraints._spatial",
     "table_of": "constraints._spatial",
+    "broken_parts": "constraints._words",
     "broken_words": "constraints._words",
+    "fit_with_constraints": "constraints._beside",
+    "Learned": "constraints._learned",
+    "kept_by_others": "constraints._left_out",
     "constraint_words": "constraints._words",
     "quantity_words": "constraints._words",
     "PointFeature": "constraints._point_features",

@@ -1,4 +1,4 @@
-"""Constraints under changes: subgradients of margins along paths, and thresholds of the posterior."""
+"""Constraints under changes: subgradients along paths, and thresholds of the posterior."""
 
 from __future__ import annotations
 

@@ -101,6 +101,14 @@ def broken_words(worst: Worst, units: str = "px", metres_per_unit: float | None 
     Args:
         worst: Of a path that breaks the constraint.
     """
+    what, bound = broken_parts(worst, units, metres_per_unit)
+    return f"{what}; {bound} would be accepted"
+
+
+def broken_parts(
+    worst: Worst, units: str = "px", metres_per_unit: float | None = None
+) -> tuple[str, str]:
+    """What a path does, and what is asked: ``at 63 % of the way: 41 cm/s``, ``at most 25 cm/s``."""
     c = worst.constraint
     feature = constraint_feature(c.feature)
     place = "" if worst.share is None else f"at {100 * worst.share:.0f} % of the way: "
@@ -113,7 +121,7 @@ def broken_words(worst: Worst, units: str = "px", metres_per_unit: float | None 
     what = "" if feature.unit in ("length", "speed") else f"{feature.name.replace('_', ' ')} "
     about = _broken_about(worst, units, metres_per_unit)
     sense = "at least" if c.sense == "at_least" else "at most"
-    return f"{place}{what}{value}{about}; {sense} {bound} would be accepted"
+    return f"{place}{what}{value}{about}", f"{sense} {bound}"
 
 
 def _broken_about(worst: Worst, units: str, metres_per_unit: float | None) -> str:

@@ -1,9 +1,9 @@
 """Audit: demonstrations that contradict the rule of the others.
 
-Three witnesses, each with its reason in words: the clearance rule that the *other*
-demonstrations of the type support (posterior predictive, the demonstration itself left out; the
-distances come from the scenes' lists, or from what their pictures show); the same path labelled
-both ways; and, where asked for, the surprise of a specification model fitted without the
+Three witnesses, each with its reason in words: the rule of clearances and constraints that the
+*other* demonstrations of the type support (posterior predictive, the demonstration itself left
+out; the distances come from the scenes' lists, or from what their pictures show); the same path
+labelled both ways; and, where asked for, the surprise of a specification model fitted without the
 demonstration.
 """
 
@@ -24,11 +24,15 @@ from demospec.rules import (
     ANYONE,
     ClearanceFit,
     ClearanceRule,
+    Constraint,
     Evidence,
     LabelFit,
+    Learned,
     Mode,
     clearance_document,
+    fit_with_constraints,
     goodness_of,
+    kept_by_others,
 )
 from demospec.rules import fit as fit_evidence
 from demospec.specification.audit._conflict import smallest_conflict
@@ -101,6 +105,7 @@ class Audit:
         rules: By type, the rule that all its demonstrations support: that of `learn_rules`.
         fits: By type, how well that rule explains the labels; labels are doubted only under a rule
             that explains them, at least partly.
+        constraints: By type, what it asks for besides clearances.
     """
 
     conflict: tuple[str, ...] | None
@@ -108,6 +113,7 @@ class Audit:
     notes: tuple[str, ...] = ()
     rules: Mapping[str, ClearanceRule] = field(default_factory=dict)
     fits: Mapping[str, LabelFit] = field(default_factory=dict)
+    constraints: Mapping[str, tuple[Constraint, ...]] = field(default_factory=dict)
 
     def to_json(self) -> dict[str, Any]:
         """The JSON document of ``demospec audit``."""
@@ -129,6 +135,11 @@ class Audit:
             "types": {
                 name: {
                     "clearance": clearance_document(rule),
+                    **(
+                        {"constraints": [c.to_json() for c in self.constraints[name]]}
+                        if self.constraints.get(name)
+                        else {}
+                    ),
                     **({"fit": self.fits[name].to_json()} if name in self.fits else {}),
                 }
                 for name, rule in self.rules.items()
@@ -192,11 +203,11 @@ def audit_set(
         notes.append(f"{int(blind.sum())} demonstrations in scenes without listed objects{why}")
     notes += judge.notes
     names = None if judge.conflict is None else tuple(str(d.demo_id[r]) for r in judge.conflict)
-    return Audit(names, tuple(entries), tuple(notes), judge.rules, judge.fits)
+    return Audit(names, tuple(entries), tuple(notes), judge.rules, judge.fits, judge.asked)
 
 
 class _RuleJudge:
-    """Judges every demonstration by the clearance rule that the others of its type follow."""
+    """Judges every demonstration by the rule that the others of its type follow."""
 
     def __init__(self, data: DemonstrationSet, evidence: Evidence | None) -> None:
         n = len(data.demonstrations)
@@ -209,6 +220,7 @@ class _RuleJudge:
         self.p_wrong = np.full(n, np.nan)
         self.rules: dict[str, ClearanceRule] = {}
         self.fits: dict[str, LabelFit] = {}
+        self.asked: dict[str, tuple[Constraint, ...]] = {}
         self.unexplained = np.zeros(n, dtype=bool)
         self.by: dict[int, tuple[ClearanceRule, Mapping[str, float]]] = {}
         self.conflict: list[int] | None = None
@@ -225,7 +237,8 @@ class _RuleJudge:
                 self._of_people(self.evidence.view(keep), progress)
 
     def _of_people(self, evidence: Evidence, progress: Progress) -> None:
-        people = fit_evidence(evidence).people
+        posterior, beside = fit_with_constraints(self.data, evidence)
+        people = posterior.people
         unseen = np.zeros(len(evidence), dtype=bool)
         for name, found in people.items():
             mine = np.flatnonzero(evidence.person == name)
@@ -237,10 +250,18 @@ class _RuleJudge:
                 unseen[mine[seen]] = True
         if unseen.any():
             evidence = evidence.view(~unseen)
-            people = fit_evidence(evidence).people if evidence.persons else {}
+            people, beside = {}, {}
+            if evidence.persons:
+                posterior, beside = fit_with_constraints(self.data, evidence)
+                people = posterior.people
         for i, (name, own) in enumerate(evidence.by_person().items()):
             self.rules[name] = people[name].rule
-            self.fits[name] = tested = goodness_of(self.data, own, people[name])
+            asked = beside.get(name)
+            if asked is not None and not asked.constraints:
+                asked = None
+            self.fits[name] = tested = goodness_of(self.data, own, people[name], asked)
+            if asked is not None:
+                self.asked[name] = asked.constraints
             who = "these answers" if name == ANYONE else f"the answers of {name}"
             if tested.verdict == "not" and not _nearly_one_answer(own):
                 self.notes.append(
@@ -255,12 +276,18 @@ class _RuleJudge:
                         f"the rule explains {tested.explained:.0%} of {who}: "
                         "labels that contradict it may be right"
                     )
-                self._of_person(own, people[name], name)
+                self._of_person(own, people[name], name, asked)
             progress("audit", i + 1, len(people))
 
-    def _of_person(self, own: Evidence, whole: ClearanceFit, name: str) -> None:
+    def _of_person(
+        self, own: Evidence, whole: ClearanceFit, name: str, asked: Learned | None
+    ) -> None:
         rows = own.rows
         in_sample = _against(whole, own)
+        if asked is not None:
+            self.p_wrong[rows] = _against_all(whole, own, asked)
+            self.by |= {int(row): (whole.rule, own.at(i)) for i, row in enumerate(rows)}
+            return
         self.p_wrong[rows] = in_sample
         self.by |= {int(row): (whole.rule, own.at(i)) for i, row in enumerate(rows)}
         # A demonstration draws the rule to itself: those that may be wrong are judged by a rule
@@ -312,6 +339,17 @@ def _against(fit: ClearanceFit, own: Evidence) -> FloatArray:
             w * fit.p_valid(own.values[blurred] + shifts[:, k, None])
             for k, w in enumerate(weights / weights.sum())
         )
+    return np.asarray(np.where(own.valid, 1.0 - p, p))
+
+
+def _against_all(fit: ClearanceFit, own: Evidence, asked: Learned) -> FloatArray:
+    """(n,) probability that the verdict of clearances and constraints is not the label.
+
+    Thresholds of constraints are those of the other labels.
+    """
+    limit = np.array([fit.rule.value.get(name, -np.inf) for name in own.names])
+    near = np.asarray((own.values >= limit).all(axis=1))
+    p = kept_by_others(asked, own.valid, near) * fit.p_valid(own.values)
     return np.asarray(np.where(own.valid, 1.0 - p, p))
 
 
@@ -375,7 +413,9 @@ def _entry(
         return AuditEntry(name, "pass", "no label to judge")
     if p_wrong is not None and p_wrong > REVIEW:
         rule, near = judge.by[row]
-        reasons.append(rule_words(data, row, rule, near, bool(judge.seen[row])))
+        name_of = d.type[row] if d.type[row] is not None else ANYONE
+        asked = judge.asked.get(str(name_of), ())
+        reasons.append(rule_words(data, row, rule, near, bool(judge.seen[row]), asked))
     if row in twins:
         reasons.append(f"the same path as {d.demo_id[twins[row]]}, which has the other label")
     open_question = p_wrong is None or p_wrong > DOUBT
