@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -153,13 +154,13 @@ def test_a_side_that_is_not_known_matters_only_where_it_could_be_nearest() -> No
     assert np.isnan(view.margins([nearer], "p")[0, 0])
 
 
-def test_the_tables_of_rules_and_plans_speak_in_the_units_of_the_sentence(
+def test_the_words_and_the_page_of_a_run_speak_of_constraints(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    import json
-
-    data = set_of(SLOW)
+    rules = rules_of(SLOW)
+    data, truth = simulate_by_rule(rules, train_scenes=8, test_scenes=0, demonstrations=9, seed=5)
     write_set(data, tmp_path / "set")
+    (tmp_path / "set" / "truth.json").write_text(json.dumps(truth))
     learned = learn_rules(data, influence=False)
     (tmp_path / "rules.json").write_text(json.dumps(rules_document(learned)))
     with pytest.raises(SystemExit, match="0"):
@@ -173,3 +174,10 @@ def test_the_tables_of_rules_and_plans_speak_in_the_units_of_the_sentence(
     out = capsys.readouterr().out
     assert "px/s" not in out
     assert "to spare" in out or "comes to nothing" in out
+    with pytest.raises(SystemExit, match="0"):
+        main(["report", str(tmp_path)])
+    page = (tmp_path / "report.html").read_text()
+    assert "where a rejected path breaks the rule most" in page
+    assert 'class="cross"' in page
+    assert "is known: p moves at most 15 cm/s" in page
+    assert "keeps no distance from what is listed" not in page

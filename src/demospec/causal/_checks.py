@@ -12,7 +12,7 @@ from dataclasses import replace
 from demospec.causal._results import CausalFindings, SymbolEffect
 from demospec.causal._sentences import sentences
 from demospec.demonstrations import ValidityModel
-from demospec.rules import LabelFit, RuleSet, TypeRules, constraint_words
+from demospec.rules import LabelFit, RuleSet, constraint_words
 from demospec.scene import Scene
 
 OF_THE_MODEL = "Effects are on what the model learned from these answers accepts."
@@ -35,19 +35,10 @@ def open_classes(model: ValidityModel) -> dict[str, tuple[str, ...]]:
     if not isinstance(rules, RuleSet):
         return {}
     return {
-        name: tuple(s for s in rule.clearance.uninformed if s not in _spoken_of(rule))
+        name: tuple(s for s in rule.clearance.uninformed if s not in rule.constrained)
         for name, rule in rules.rules.items()
         if rule.clearance is not None and rule.fit is not None
     }
-
-
-def _spoken_of(rule: TypeRules) -> set[str]:
-    """Classes that a type's constraints are about."""
-    out: set[str] = set()
-    for c in rule.constraints:
-        of = c.of if c.when is None else c.when.of
-        out |= set(of) if isinstance(of, tuple) else {str(of)}
-    return out
 
 
 def own_paths_asked(model: ValidityModel, type: str) -> list[str]:

@@ -23,7 +23,7 @@ from demospec.cli._common import (
 from demospec.errors import InputError
 
 if TYPE_CHECKING:
-    from demospec.rules import Constraint, RuleSet
+    from demospec.rules import RuleSet
 
 LARGE = 100_000
 """Of sets with more demonstrations a random part is learned from: `SAMPLE` of each type."""
@@ -254,16 +254,9 @@ def _by_class(answer: RuleSet) -> list[list[Any]]:
                     interval=rule.clearance.interval.get(symbol),
                 )  # fmt: skip
             chance = "–" if not known else _percent(probability)
-            spoken = any(symbol in _classes_of(c) for c in rule.constraints)
-            unknown = "see constraints" if spoken else "not shown"
+            unknown = "see constraints" if symbol in rule.constrained else "not shown"
             rows.append([name, symbol, word if known else unknown, chance, length])
     return rows
-
-
-def _classes_of(constraint: Constraint) -> tuple[str, ...]:
-    """The classes that a constraint is about."""
-    of = constraint.of if constraint.when is None else constraint.when.of
-    return of if isinstance(of, tuple) else (str(of),)
 
 
 def _by_constraint(answer: RuleSet) -> list[list[Any]]:

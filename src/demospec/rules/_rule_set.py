@@ -145,6 +145,15 @@ class TypeRules:
     fit: Fit | None = None
     constraints: tuple[Constraint, ...] = ()
 
+    @property
+    def constrained(self) -> tuple[str, ...]:
+        """Classes of things that its constraints are about."""
+        out: list[str] = []
+        for c in self.constraints:
+            of = c.of if c.when is None else c.when.of
+            out += [of] if isinstance(of, str) else of or ()
+        return tuple(dict.fromkeys(out))
+
     @cached_property
     def influence_rule(self) -> InfluenceRule | None:
         """The influence answer as a rule, read once; InputError where it is none."""

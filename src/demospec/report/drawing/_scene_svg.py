@@ -151,6 +151,19 @@ def line_svg(path: Iterable[Iterable[float]], look: str) -> Markup:
     ).format(points_of(path), look)
 
 
+def crosses_svg(scene: Scene, places: Iterable[tuple[float, float]]) -> Markup:
+    """A cross at each place, set units."""
+    r = 2.5 * line_width(scene)
+    parts = [
+        Markup('<path class="{}" d="M{:.6g} {:.6g}l{:.6g} {:.6g}m0 {:.6g}l{:.6g} {:.6g}"/>').format(
+            look, x - r, y - r, 2 * r, 2 * r, -2 * r, -2 * r, 2 * r
+        )
+        for x, y in places
+        for look in ("halo", "cross")
+    ]
+    return joined(parts)
+
+
 def points_of(path: Iterable[Iterable[float]]) -> str:
     """The ``points`` of a polyline."""
     return " ".join(f"{x:.6g},{y:.6g}" for x, y, *_ in path)

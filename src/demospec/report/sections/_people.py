@@ -11,10 +11,16 @@ from demospec.demonstrations import Demonstration
 from demospec.report._view import Drawing, Light, Person, counted
 from demospec.report.drawing._contours import ring_words_svg, rings_svg
 from demospec.report.drawing._markup import joined
-from demospec.report.drawing._scene_svg import line_svg, paths_svg, scene_svg, short_name
+from demospec.report.drawing._scene_svg import (
+    crosses_svg,
+    line_svg,
+    paths_svg,
+    scene_svg,
+    short_name,
+)
 from demospec.report.run._documents import Evidence, QueryEntry, evidence_of
 from demospec.report.run._run import Run
-from demospec.rules import TypeRules
+from demospec.rules import RuleSet, TypeRules
 from demospec.scene import Scene
 
 ANSWERS_A_BIT = 3.0
@@ -155,7 +161,8 @@ def unknown_classes(rules: TypeRules, evidence: Evidence) -> tuple[str, ...]:
     uninformed = () if rules.clearance is None else rules.clearance.uninformed
     relevant = () if rules.clearance is None else rules.clearance.relevant
     both = dict.fromkeys([*uninformed, *evidence.undecided])
-    return tuple(symbol for symbol in both if symbol not in relevant)
+    known = {*relevant, *rules.constrained}
+    return tuple(symbol for symbol in both if symbol not in known)
 
 
 def _facts(
@@ -212,10 +219,26 @@ def _picture(
         told.append("?: not known.")
     if asked is not None and asked.scene == scene.scene_id and asked.points is not None:
         parts.append(line_svg(asked.points, "question-path next"))
+    if here is not None and rules.constraints:
+        places = _broken_places(run, here, scene, name)
+        parts.append(crosses_svg(scene, places))
+        if places:
+            told.append("×: where a rejected path breaks the rule most.")
     parts.append(words)
     alt = f"Scene {scene.scene_id} with the paths of {name} and what they keep away from."
     drawn = scene_svg(scene, joined(parts), alt=alt, look="scene outlined")
     return Drawing(drawn, f"Scene {scene.scene_id}. {' '.join(told)}")
+
+
+def _broken_places(run: Run, rules: RuleSet, scene: Scene, name: str) -> list[tuple[float, float]]:
+    """Where rejected paths of one type break its constraints most."""
+    d = run.data.demonstrations
+    rows = np.flatnonzero((d.scene_id == scene.scene_id) & (d.type == name) & (d.valid == 0))
+    if scene.objects is None or not len(rows):
+        return []
+    view = rules.see(scene)
+    broken = [view.broken(motion, name) for motion in run.data.motions(rows).motions]
+    return [own[0].point for own in broken if own and own[0].point is not None]
 
 
 def _scene_of(run: Run, name: str, rules: TypeRules, asked: QueryEntry | None) -> Scene | None:
@@ -224,10 +247,13 @@ def _scene_of(run: Run, name: str, rules: TypeRules, asked: QueryEntry | None) -
         return run.data.scene(str(asked.scene))
     d = run.data.demonstrations
     relevant = () if rules.clearance is None else rules.clearance.relevant
+    relevant = (*relevant, *rules.constrained)
 
-    def worth(scene: Scene) -> tuple[int, int]:
+    def worth(scene: Scene) -> tuple[int, int, int]:
         rings = sum(o.symbol in relevant for o in scene.objects or ())
-        return (min(rings, 3), int(((d.scene_id == scene.scene_id) & (d.type == name)).sum()))
+        mine = (d.scene_id == scene.scene_id) & (d.type == name)
+        labels = set(d.valid[mine].tolist()) if rules.constraints else set()
+        return (len(labels & {0, 1}), min(rings, 3), int(mine.sum()))
 
     every = [s for s in run.data.scenes if s.picture is not None or s.objects]
     return max(every, key=worth, default=None)

@@ -6,7 +6,7 @@ from demospec.report._view import Block, Figure, Section, Table, Text, counted, 
 from demospec.report.pictures._scene import demonstrations_picture
 from demospec.report.run._run import Run
 from demospec.report.sections._people import change_words
-from demospec.rules import clearance_words
+from demospec.rules import clearance_words, constraint_words, listed
 from demospec.scene import Scene
 
 
@@ -102,7 +102,9 @@ def _simulated(run: Run) -> str:
         kept = clearance_words(
             value, list(value), [], metres_per_unit=run.data.metres_per_unit, units=run.data.units
         )
-        told.append(f"{type_} {kept}")
+        scale, units = run.truth.metres_per_unit, run.truth.units
+        asked = [constraint_words(c, units, scale) for c in rule.constraints]
+        told.append(f"{type_} {listed([*([kept] if value or not asked else []), *asked])}")
     return (
         "The demonstrators are simulated, so the rule that made their labels is known: "
         f"{'; '.join(told)}. Nothing was learned from it; outcomes below are judged by it."

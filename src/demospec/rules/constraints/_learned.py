@@ -14,9 +14,10 @@ from demospec.demonstrations import DemonstrationSet, Motion
 from demospec.frames import FloatArray
 from demospec.rules.constraints._columns import CLASSES, RADII, candidates, measured
 from demospec.rules.constraints._constraint import Constraint, When
-from demospec.rules.constraints._near_things import gaps, prepare
+from demospec.rules.constraints._near_things import gaps, prepare, prepare_lines
 from demospec.rules.constraints._registry import constraint_feature
 from demospec.rules.constraints._search import Cut, Found, posterior, search, settled, thresholds
+from demospec.rules.constraints._spatial import joined_things
 from demospec.rules.constraints._words import constraint_words
 from demospec.scene import Scene
 
@@ -110,6 +111,8 @@ def learn_constraints(
     for scene in {s.scene_id: s for s in scenes}.values():
         here = [m for m, s in zip(motions, scenes, strict=True) if s is scene]
         prepare(here, [o for o in scene.objects or () if o.symbol in symbols[:CLASSES]])
+        kinds = dict.fromkeys(c.of for c in asked if c.feature == "between")
+        prepare_lines(here, [pair for kind in kinds for pair in joined_things(scene, kind)])
     columns = measured([motions[i] for i in some], [scenes[i] for i in some], asked)
     # Who writes relations down expects them to matter: they are a kind of their own.
     joined = {r.kind for scene in data.scenes for r in scene.relations}

@@ -8,7 +8,7 @@ import numpy as np
 
 from demospec.demonstrations import Motion
 from demospec.frames import FloatArray
-from demospec.geometry import Disc, Footprint, Polygon, nearest_on_segments
+from demospec.geometry import Capsule, Disc, Footprint, Polygon, nearest_on_segments
 from demospec.rules.constraints._spans import spans_within
 from demospec.scene import Scene, SceneObject
 
@@ -44,6 +44,32 @@ def prepare(motions: Sequence[Motion], items: Sequence[SceneObject]) -> None:
         for motion, own, place, away in zip(motions, *parts, strict=True):
             # The item is kept with it, so that its id stays its own.
             motion.known["gaps", id(item)] = (item, (own, place), away)
+
+
+def line_gaps(
+    motion: Motion, one: SceneObject, other: SceneObject
+) -> tuple[FloatArray, FloatArray]:
+    """(m,) least distance of each segment to the line between two things, and where along it."""
+    key = ("line", id(one), id(other))
+    if key not in motion.known:
+        prepare_lines([motion], [(one, other)])
+    found: tuple[FloatArray, FloatArray] = motion.known[key][1]
+    return found
+
+
+def prepare_lines(
+    motions: Sequence[Motion], pairs: Sequence[tuple[SceneObject, SceneObject]]
+) -> None:
+    """Measures many paths of one scene at once, for `line_gaps`."""
+    if not motions or not pairs:
+        return
+    a = np.concatenate([m.segments[0] for m in motions])
+    b = np.concatenate([m.segments[1] for m in motions])
+    cuts = np.cumsum([len(m.steps) for m in motions])[:-1]
+    for one, other in pairs:
+        found = nearest_on_segments(Capsule(one.center, other.center, 0.0), a, b)
+        for motion, gap, along in zip(motions, *(np.split(v, cuts) for v in found), strict=True):
+            motion.known["line", id(one), id(other)] = ((one, other), (gap, along))
 
 
 def inside(motion: Motion, item: SceneObject, radius: float) -> Spans:

@@ -329,17 +329,23 @@ def _three(
     table: FloatArray,
 ) -> float:
     """Log evidence of three columns, over the best pairs of thresholds of two of them."""
-    total = 0.0
-    for i, j, _ in cells:
-        kept = (a.level > i) & (b.level > j)
-        held = _suffix(np.bincount(c.level, sign * kept, len(c.weight) + 1))[1:]
-        over = c.weight @ table[_wrong(int(valid.sum()), held)]
-        total += a.weight[i] * b.weight[j] * float(over)
+    if not cells:
+        return -np.inf
+    i, j = np.array([cell[:2] for cell in cells]).T
+    kept = (a.level > i[:, None]) & (b.level > j[:, None])
+    levels = len(c.weight) + 1
+    where = c.level + levels * np.arange(len(cells))[:, None]
+    held = np.bincount(where.ravel(), (sign * kept).ravel(), levels * len(cells))
+    held = _suffix(held.reshape(len(cells), levels), 1)[:, 1:]
+    over = table[_wrong(int(valid.sum()), held)] @ c.weight
+    total = float((a.weight[i] * b.weight[j]) @ over)
     return float(np.log(total)) if total > 0 else -np.inf
 
 
 def _suffix(values: NDArray[Any], axis: int = 0) -> FloatArray:
-    return np.asarray(np.flip(np.cumsum(np.flip(values, axis), axis=axis), axis))
+    if axis == 0:
+        return np.asarray(values[::-1].cumsum(axis=0)[::-1])
+    return np.asarray(values[:, ::-1].cumsum(axis=1)[:, ::-1])
 
 
 def _wrong(accepted: int, held: FloatArray) -> Ints:

@@ -10,9 +10,9 @@ import numpy as np
 from demospec.demonstrations import Motion
 from demospec.errors import InputError
 from demospec.frames import FloatArray
-from demospec.geometry import Capsule, Footprint, Polygon, extent, nearest_on_segments, rectangle
+from demospec.geometry import Footprint, Polygon, extent, nearest_on_segments, rectangle
 from demospec.rules.constraints._feature import FeatureValue
-from demospec.rules.constraints._near_things import convex, gaps, inside, things
+from demospec.rules.constraints._near_things import convex, gaps, inside, line_gaps, things
 from demospec.scene import Scene, SceneObject
 
 if TYPE_CHECKING:
@@ -109,9 +109,8 @@ def _on_side(
 def between(motion: Motion, scene: Scene, asked: Constraint) -> FeatureValue:
     """Least distance to the segments that join two things: of two classes, or of a relation."""
     best = FREE
-    a, b = motion.segments
     for one, other in joined_things(scene, asked.of):
-        gap, along = nearest_on_segments(Capsule(one.center, other.center, 0.0), a, b)
+        gap, along = line_gaps(motion, one, other)
         row = int(gap.argmin())
         if gap[row] < best.value:
             best = FeatureValue(
