@@ -335,8 +335,8 @@ def _three(
     kept = (a.level > i[:, None]) & (b.level > j[:, None])
     levels = len(c.weight) + 1
     where = c.level + levels * np.arange(len(cells))[:, None]
-    held = np.bincount(where.ravel(), (sign * kept).ravel(), levels * len(cells))
-    held = _suffix(held.reshape(len(cells), levels), 1)[:, 1:]
+    sums = np.bincount(where.ravel(), (sign * kept).ravel(), levels * len(cells))
+    held = _suffix(sums.reshape(len(cells), levels), 1)[:, 1:]
     over = table[_wrong(int(valid.sum()), held)] @ c.weight
     total = float((a.weight[i] * b.weight[j]) @ over)
     return float(np.log(total)) if total > 0 else -np.inf
