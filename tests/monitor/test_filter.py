@@ -132,3 +132,26 @@ def test_inside_an_outline_it_stops_and_says_so() -> None:
     for wrong in ({"rate": 0.0}, {"rate": 1e9}, {"period_s": 0.0}, {"margin": -1.0}):
         with pytest.raises(InputError):
             FilterSettings(**wrong)
+
+
+def test_speed_limits_of_a_rule_are_kept_and_other_constraints_are_named() -> None:
+    rules = rules_from_document(
+        {"types": {"me": {"clearance": {"value": {"glass": 3.0}}, "constraints": [
+            {"feature": "speed", "sense": "at_most", "value": 8.0, "unit": "px/s",
+             "when": {"within": 10.0, "of": "glass"}},
+            {"feature": "tilt", "sense": "at_most", "value": 12.0},
+        ]}}}
+    )  # fmt: skip
+    item = SceneObject("g", "glass", (50.0, 30.0), None, Disc((50.0, 30.0), 4.0))
+    scene = Scene("s", (0.0, 50.0), (100.0, 50.0), objects=(item,))
+    keeps = VelocityFilter(Monitor(rules, scene), FilterSettings(period_s=PERIOD, rate=20.0))
+    assert keeps.unkept == ("tilt",)
+    point, wanted = np.array([0.0, 40.0]), np.array([30.0, 0.0])
+    while point[0] < 100.0:
+        answer = keeps.filter(point, wanted)
+        after = point + PERIOD * answer.velocity
+        near = segment_distance(item.outline, point[None], after[None]).min() <= 10.0
+        speed = float(np.hypot(*answer.velocity))
+        assert not near or speed <= 8.0 + 1e-9
+        assert speed == pytest.approx(8.0 if answer.changed else 30.0)
+        point = after

@@ -196,7 +196,7 @@ def test_what_is_impossible_is_named(asked: list[dict[str, Any]], words: str) ->
 
 
 def test_a_start_that_breaks_a_constraint_is_refused() -> None:
-    with pytest.raises(InputError, match="a start that keeps: keeps at least 20"):
+    with pytest.raises(InputError, match="a start where the person keeps at least 20"):
         plan_path(
             rule({"feature": "distance", "of": "person", "value": 20.0}),
             table(person("p", 20, 50)),

@@ -77,7 +77,8 @@ class Filtered:
 class VelocityFilter:
     """Filters velocities by the clearances that a monitor watches, its moving objects included.
 
-    The filter knows the clearances only; other constraints of a rule are watched, not kept.
+    Greatest speeds of the rule are kept too, everywhere or within their radius of things. Its other
+    constraints are watched by the monitor and not kept here: `unkept` names them.
 
     Raises:
         MissingExtraError: qpsolvers or its solver is not installed.
@@ -93,6 +94,9 @@ class VelocityFilter:
         if self.settings.solver not in qpsolvers.available_solvers:
             raise MissingExtraError(self.settings.solver, "filter", "the velocity filter")
         self._solve = qpsolvers.solve_qp
+        asked = monitor.watched.constraints
+        self._limits = [c for c in asked if c.feature == "speed" and c.sense == "at_most"]
+        self.unkept: tuple[str, ...] = tuple(c.name for c in asked if c not in self._limits)
 
     def filter(self, point: ArrayLike, wanted: ArrayLike, t: float | None = None) -> Filtered:
         """The velocity to command.
@@ -110,11 +114,11 @@ class VelocityFilter:
         if not (np.isfinite(here).all() and want.shape == (2,) and np.isfinite(want).all()):
             raise InputError("a finite position and velocity", f"{here}, {want}", field="filter")
         s = self.settings
-        want = np.clip(want, -s.max_speed, s.max_speed)
+        want = self._slowed(here, np.clip(want, -s.max_speed, s.max_speed), t)
         distances = self.monitor.distances
         guarded = [i for i, g in enumerate(distances.guards) if g.radius is not None]
         if not guarded:
-            return Filtered(want, False, np.inf)
+            return Filtered(want, bool((want != np.asarray(wanted)).any()), np.inf)
         gap = distances.stack.signed_distance(here[None])[0]
         margin = float((gap - distances.radius)[guarded].min())
         keep = distances.radius + s.margin
@@ -135,7 +139,8 @@ class VelocityFilter:
         inside = bool((gap[guarded] < 0).any())
         if inside or not len(room):
             held = np.zeros(2) if inside else want
-            return Filtered(held, inside, margin, feasible=not inside)
+            changed = inside or bool((want != np.asarray(wanted)).any())
+            return Filtered(held, changed, margin, feasible=not inside)
         slack = bound + normal @ want
         if (slack >= 0).all():
             return Filtered(want, bool((want != np.asarray(wanted)).any()), margin)
@@ -148,3 +153,20 @@ class VelocityFilter:
         if found is None or not np.isfinite(found).all():
             return Filtered(np.zeros(2), True, margin, names, feasible=False)
         return Filtered(np.asarray(found), True, margin, names)
+
+    def _slowed(self, here: FloatArray, want: FloatArray, t: float | None) -> FloatArray:
+        """The wanted velocity, in its direction, as fast as the rule allows until the next one."""
+        limit = np.inf
+        drift = max([float(np.hypot(*v)) for v in self.monitor.object_velocities(t).values()],
+                    default=0.0)  # fmt: skip
+        speed = float(np.hypot(*want))
+        reach = (speed + drift) * self.settings.period_s
+        for c in self._limits:
+            near = c.when is None or any(
+                float(o.outline.signed_distance(here)) <= c.when.within + reach
+                for o in self.monitor.objects
+                if o.symbol == c.when.of
+            )
+            if near:
+                limit = min(limit, max(c.value, 0.0))
+        return want if speed <= limit else want * (limit / speed)

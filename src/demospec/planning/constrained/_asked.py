@@ -163,7 +163,7 @@ def _what_ends_leave(
         which = "start" if room(asks_less, ends[:1]) < 0 else "goal"
         place = ends[0 if which == "start" else 1]
         raise InputError(
-            f"a {which} that keeps: {words_of(constraint)}",
+            f"a {which} where the person {words_of(constraint)}",
             f"[{place[0]:g}, {place[1]:g}]" + (f" at z {place[2]:g}" if place[2] else ""),
             row=f"scene {made.scene.scene_id}",
             field=which,

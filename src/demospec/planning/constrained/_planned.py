@@ -127,7 +127,7 @@ def _refuse_heights(asked: Requirements, scene: Scene, start: FloatArray, goal: 
         for constraint in asked.constraints:
             if constraint.feature == "height" and constraint.margin_of(float(point[2])) < 0:
                 raise InputError(
-                    f"a {name} that keeps: {words_of(constraint)}",
+                    f"a {name} where the person {words_of(constraint)}",
                     f"[{', '.join(f'{v:g}' for v in point)}]",
                     row=f"scene {scene.scene_id}",
                     field=name,
