@@ -161,7 +161,12 @@ def caused(data: DemonstrationSet, metre: float) -> Any:
 
     settings = Settings(placements=2, draws=20)
     rules = learn_rules(data, influence=False)
-    return estimate(trials_of_set(rules, data, settings=settings), settings).to_json()
+    found = estimate(trials_of_set(rules, data, settings=settings), settings).to_json()
+    assert found["dose_response"]
+    for point in (p for curve in found["dose_response"] for p in curve["points"]):
+        for end in ("low", "high"):
+            point[end] = None if point[end] is None else point[end] / metre
+    return found
 
 
 def carried_out(data: DemonstrationSet, metre: float) -> Any:

@@ -3,9 +3,11 @@
 Where answers are sharp and distances exact, every clearance that agrees with the labels is possible
 and no other: rejected demonstrations set the lower end, accepted ones the upper. Those ends are too
 narrow where a person is inconsistent or an object stands elsewhere than its list says, and few
-demonstrations seldom tell. So the ends that demonstrations set are printed only where answers are
-surely sharp; else the interval holds whichever of both is so. Where labels contradict each other,
-the labels that the named rule agrees with set the ends: a contradiction does not narrow them.
+demonstrations seldom tell. Most people are thought consistent; the interval of one who is not would
+then hold too seldom. So for intervals sharp answers are thought as likely as one of four kinds of
+response, and ends that demonstrations set are printed only where answers are surely sharp; else the
+interval is the shortest that holds 95 % and these ends. Where labels contradict each other, those
+that the named rule agrees with set the ends: a contradiction does not narrow them.
 """
 
 from __future__ import annotations
@@ -15,18 +17,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from demospec.frames import FloatArray
-from demospec.rules.clearance._likelihood import POSITION, SHARP, SOFT, STRICT, Particles
+from demospec.rules.clearance._likelihood import SHARP, Particles
 from demospec.rules.clearance._version_space import BoolArray, ClearanceSpace
 
 SURE = 0.95
 """Posterior probability from which exact distances, or wrong ones, are taken for certain."""
 
-HELD = 0.98
-"""Posterior probability that the interval of a soft or strict person holds. It is meant to hold in
-95 %: no person answers quite as a response does, and simulated ones were held less often."""
-
-PLAIN = 0.15
-"""Posterior probability of a kind of response from which its interval is held to that."""
+CAUTION = 0.3
+"""Factor of the weight of sharp answers: of the prior 55 % for a rule, a quarter for intervals."""
 
 Ends = tuple[float, float]
 
@@ -49,31 +47,25 @@ def ends_of(
             agrees with.
         columns: The classes that matter.
         agreeing: Whether that is every label.
-        sure: Probability of sharp answers from which these ends are the interval.
+        sure: Probability of sharp answers from which these ends are the interval; less than
+            `SURE` where objects are known to stand where they are said to: then without caution.
         compared: Whether pairs were compared too: they set no ends, and are weighed.
     """
+    if sure >= SURE:
+        weight = np.where(particles.kind == SHARP, CAUTION * weight, weight)
     share = sharp_share(particles, weight)
     if agreeing and (share >= sure or not columns):
         return {k: space.interval(columns, k) for k in columns}, True
-    groups = [(share, particles.kind == SHARP)]
-    for kinds in ((POSITION, SOFT), (STRICT,)):
-        mine = np.isin(particles.kind, kinds)
-        groups.append((float(weight[mine].sum() / weight.sum()), mine))
-    found = {}
-    for k in columns:
-        parts = []
-        for i, (likely, mine) in enumerate(groups):
-            # Of each kind of response as many rules as leave out too few to matter.
-            rather = min(likely / PLAIN, 1.0) if i else 0.0
-            out = 1.0 - SURE - rather * (HELD - SURE)
-            held = 1.0 - out / likely if likely > out else 0.0
-            if i == 0 and likely > 1.0 - SURE and not compared:
-                parts.append(space.interval(columns, k))
-            if held > 0 and not (i == 0 and agreeing):
-                of_kind = np.where(mine, weight, 0.0)
-                parts.append(_credible(particles.clearance[:, k], of_kind, held))
-        found[k] = min(low for low, _ in parts), max(high for _, high in parts)
-    return found, False
+    set_by_labels = share > 1.0 - SURE and not compared
+    return {
+        k: _credible(
+            particles.clearance[:, k],
+            weight,
+            SURE,
+            space.interval(columns, k) if set_by_labels else None,
+        )
+        for k in columns
+    }, False
 
 
 def sharp_share(particles: Particles, weight: FloatArray) -> float:
@@ -95,8 +87,8 @@ def together(particles: Particles, weight: FloatArray, sure: float = 0.5) -> Flo
     return one if one.sum() >= sure * weight.sum() else weight
 
 
-def _credible(values: FloatArray, weight: FloatArray, held: float) -> Ends:
-    """The shortest interval that holds a share of weighted values."""
+def _credible(values: FloatArray, weight: FloatArray, held: float, around: Ends | None) -> Ends:
+    """The shortest interval that holds a share of weighted values, and another interval."""
     rows = np.flatnonzero(weight > 0)
     order = rows[np.argsort(values[rows], kind="stable")]
     ranked, share = values[order], weight[order] / weight[order].sum()
@@ -105,5 +97,8 @@ def _credible(values: FloatArray, weight: FloatArray, held: float) -> Ends:
     first = np.searchsorted(total, total[-1] - held, side="right") + 1
     last = np.searchsorted(total, total[:first] - share[:first] + held - 1e-12)
     last = np.minimum(last, len(ranked) - 1)
-    best = int(np.argmin(ranked[last] - ranked[:first]))
-    return float(ranked[best]), float(ranked[last[best]])
+    low, high = ranked[:first], ranked[last]
+    if around is not None:
+        low, high = np.minimum(low, around[0]), np.maximum(high, around[1])
+    best = int(np.argmin(high - low))
+    return float(low[best]), float(high[best])
