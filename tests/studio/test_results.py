@@ -128,3 +128,10 @@ def test_names_are_text_on_the_page(tmp_path: Path) -> None:
     html: Any = page_markup(bench)
     assert "<script" not in html
     bench.close()
+
+
+def test_while_rules_are_learned_what_needs_them_is_said_to_come(bench: Workbench) -> None:
+    html = page_markup(bench, learning=True)
+    assert "data-learning" in html
+    assert "Learning from the labels" in html
+    assert "data-learning" not in page_markup(bench)

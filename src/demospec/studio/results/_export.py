@@ -61,9 +61,16 @@ class Choices:
     missing_for: Mapping[str, Mapping[str, str]]
 
 
-def choices(workbench: Workbench) -> Choices:
-    """What stands on the table now."""
-    known = workbench.rule_sets()
+LEARNING = "Learning from the labels…"
+
+
+def choices(workbench: Workbench, *, learned: bool = True) -> Choices:
+    """What stands on the table now.
+
+    Args:
+        learned: False: not what rules must be learned for; that is said to be missing.
+    """
+    known = workbench.rule_sets() if learned else {}
     missing: dict[str, str] = {}
     if not workbench.demonstrations:
         missing["set"] = "Draw a path first."
@@ -71,6 +78,7 @@ def choices(workbench: Workbench) -> Choices:
             missing["report"] = "Draw a path first: the report is about what was taught."
     if not known:
         words = "Accept or reject a path first: the rules are learned from that."
+        words = words if learned else LEARNING
         missing |= dict.fromkeys(("rules", *PLANNED), words)
     elif importlib.util.find_spec("mcap") is None or importlib.util.find_spec("rosbags") is None:
         missing["mcap"] = "MCAP needs more: pip install 'demospec[ros]'."

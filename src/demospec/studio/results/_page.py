@@ -22,6 +22,7 @@ from demospec.studio.results._export import (
     subjects,
 )
 from demospec.studio.server._elements import element
+from demospec.studio.session._later import SOON_S, Later
 from demospec.studio.session._workspace import Workbench
 
 VIDEOS = (".gif", ".mp4")
@@ -32,17 +33,29 @@ def register(workbench: Workbench) -> None:
     from nicegui import app, ui
     from starlette.concurrency import run_in_threadpool
     from starlette.requests import Request
-    from starlette.responses import FileResponse, HTMLResponse, PlainTextResponse, Response
+    from starlette.responses import (
+        FileResponse,
+        HTMLResponse,
+        JSONResponse,
+        PlainTextResponse,
+        Response,
+    )
 
     from demospec.studio.server._frame import REPORT_STYLES, page_frame
 
     parts = Parts(workbench)
+    offered = Later(lambda: workbench.version, lambda: choices(workbench))
 
     @ui.page("/results", title="Results · demospec")
     def page(of: str = "") -> None:
         ui.add_head_html(f'<link rel="stylesheet" href="{REPORT_STYLES}/report.css">')
         with page_frame("Results", "results", script="results.js"):
-            element(page_markup(workbench, of))
+            element(page_markup(workbench, of, learning=offered.now(SOON_S) is None))
+
+    async def choose(request: Request) -> Response:
+        return JSONResponse(
+            asdict(await run_in_threadpool(lambda: offered.now() or choices(workbench)))
+        )
 
     async def download(request: Request) -> Response:
         asked = request.query_params
@@ -72,6 +85,7 @@ def register(workbench: Workbench) -> None:
             return PlainTextResponse("no such video\n", status_code=404)
         return FileResponse(files[number])
 
+    app.add_route("/results/choices", choose, methods=["GET"])
     app.add_route("/results/download", download, methods=["GET"])
     app.add_route("/results/report", report, methods=["GET"])
     app.add_route("/results/media/{number:int}", media, methods=["GET"])
@@ -97,12 +111,19 @@ class Parts:
             return self._known[subject][1]
 
 
-def page_markup(workbench: Workbench, of: str = "") -> Markup:
-    """What can be downloaded, the place of the report, videos."""
+def page_markup(workbench: Workbench, of: str = "", *, learning: bool = False) -> Markup:
+    """What can be downloaded, the place of the report, videos.
+
+    Args:
+        of: One of `subjects`.
+        learning: Rules are being learned: what needs them is said to come.
+    """
     known = subjects(workbench)
     of = of if of in known else next(iter(known), "")
     return Markup('<div class="results">{}{}{}</div>').format(
-        _downloads(choices(workbench), of), _place(known, of), _videos(workbench.run_folder)
+        _downloads(choices(workbench, learned=not learning), of, learning),
+        _place(known, of),
+        _videos(workbench.run_folder),
     )
 
 
@@ -127,7 +148,7 @@ def _place(known: Mapping[str, str], of: str) -> Markup:
     ).format(chosen, of)
 
 
-def _downloads(offered: Choices, of: str) -> Markup:
+def _downloads(offered: Choices, of: str, learning: bool) -> Markup:
     def select(name: str, words: str, values: tuple[str, ...]) -> Markup:
         options = joined(Markup("<option>{}</option>").format(v) for v in values)
         return Markup('<label>{}<select class="plain-input" name="{}">{}</select></label>').format(
@@ -143,12 +164,13 @@ def _downloads(offered: Choices, of: str) -> Markup:
     whole = joined(button(form) for form in FORMS if form not in PLANNED)
     planned = joined(button(form) for form in PLANNED)
     return Markup(
-        '<section class="card re-take" id="take" data-choices="{}" data-of="{}">'
+        '<section class="card re-take" id="take" data-choices="{}" data-of="{}"{}>'
         '<h2>Download</h2><div class="re-row">{}<div class="re-buttons">{}</div></div>'
         '<div class="re-row">{}{}<div class="re-buttons">{}</div></div>'
         '<p class="re-why soft" id="take-why"></p><p class="re-said" role="status"></p></section>'
     ).format(
-        json.dumps(asdict(offered)), of, select("rules", "Rules", tuple(offered.rules)), whole,
+        json.dumps(asdict(offered)), of, Markup(" data-learning") if learning else "",
+        select("rules", "Rules", tuple(offered.rules)), whole,
         select("scene", "A plan for the robot, in scene", offered.scenes),
         select("type", "for", types), planned,
     )  # fmt: skip

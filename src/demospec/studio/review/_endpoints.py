@@ -14,6 +14,7 @@ from demospec.studio.results._run import taught_run
 from demospec.studio.review._audit import doubtful_labels
 from demospec.studio.review._gallery import frame_of, frames, gallery, history, small
 from demospec.studio.review._incoming import How, Incoming, described
+from demospec.studio.session._later import SOON_S, Later
 from demospec.studio.session._workspace import Workbench
 from demospec.studio.table._endpoints import actor_of
 from demospec.studio.table._steps import steps_of
@@ -67,6 +68,21 @@ SHOWN = 12
 """Paths that are shown before recordings are taken in."""
 
 
+def _cards(bench: Workbench) -> list[dict[str, Any]]:
+    """Everybody as the report shows them."""
+    run = taught_run(bench)
+    return [
+        {
+            "name": p.name,
+            "sentence": p.sentence,
+            "picture": None if p.picture is None else str(p.picture.svg),
+            "lights": [vars(light) for light in p.lights],
+            "facts": [list(fact) for fact in p.facts],
+        }
+        for p in (() if run is None else people_of(run))
+    ]
+
+
 def review_router(bench: Workbench) -> APIRouter:
     """The end points."""
     router = APIRouter(prefix="/api", tags=["review"])
@@ -75,16 +91,24 @@ def review_router(bench: Workbench) -> APIRouter:
     @router.get("/gallery", summary="Paths as small pictures, filtered, a page at a time")
     def get_gallery(
         type: str = "", verdict: str = "", scene_id: str = "", contradicting: bool = False,
-        page: int = 0,
+        page: int = 0, wait: bool = True,
     ) -> dict[str, Any]:  # fmt: skip
-        among = None
+        among, learning = None, False
         if contradicting:
-            among = {n for d in doubts.all() for c in d.group for n in c.members}
-        return gallery(bench, type=type, verdict=verdict, scene_id=scene_id, among=among, page=page)
+            open_ = doubts.all() if wait else doubts.soon()
+            learning = open_ is None
+            among = {n for d in open_ or () for c in d.group for n in c.members}
+        found = gallery(
+            bench, type=type, verdict=verdict, scene_id=scene_id, among=among, page=page
+        )
+        return {**found, "learning": learning}
 
     @router.get("/check", summary="Contradictions, unsaid paths, labels that look wrong")
-    def get_check(scene_id: str = "", type: str = "", audit: bool = False) -> dict[str, Any]:
-        open_ = doubts.all()
+    def get_check(
+        scene_id: str = "", type: str = "", audit: bool = False, wait: bool = True
+    ) -> dict[str, Any]:
+        known = doubts.all() if wait else doubts.soon()
+        open_ = known or ()
         named = {n for d in open_ for c in d.group for n in c.members}
         wrong = doubtful_labels(bench) if audit else []
         standing = bench.standing.demonstrations
@@ -92,6 +116,7 @@ def review_router(bench: Workbench) -> APIRouter:
         named |= {w["demo_id"] for w in wrong} | {d.demo_id for d in unsaid[:200]}
         demos = [standing[n] for n in named if n in standing]
         here = scene_id if scene_id in bench.standing.scenes else bench.scenes[0].scene_id
+        count = None if known is None else len(known)
         return {
             "doubts": [d.to_json() for d in open_],
             "unsaid": [d.demo_id for d in unsaid],
@@ -99,26 +124,17 @@ def review_router(bench: Workbench) -> APIRouter:
             "audited": audit,
             "demonstrations": {d.demo_id: small(d) for d in demos},
             "scenes": frames(bench, dict.fromkeys(d.scene_id for d in demos)),
-            "steps": [vars(s) for s in steps_of(bench, here, type or bench.types[0], len(open_))],
+            "steps": [vars(s) for s in steps_of(bench, here, type or bench.types[0], count)],
+            "learning": known is None,
             "version": bench.version,
         }
 
+    cards = Later(lambda: bench.version, lambda: _cards(bench))
+
     @router.get("/people", summary="Everybody side by side: sentence, lights, picture, what next")
-    def get_people() -> dict[str, Any]:
-        run = taught_run(bench)
-        cards = () if run is None else people_of(run)
-        return {
-            "people": [
-                {
-                    "name": p.name,
-                    "sentence": p.sentence,
-                    "picture": None if p.picture is None else str(p.picture.svg),
-                    "lights": [vars(light) for light in p.lights],
-                    "facts": [list(fact) for fact in p.facts],
-                }
-                for p in cards
-            ]
-        }
+    def get_people(wait: bool = True) -> dict[str, Any]:
+        known = cards.now(None if wait else SOON_S)
+        return {"people": known or [], "learning": known is None}
 
     @router.get("/history", summary="Who did what")
     def get_history(actor: str = "") -> dict[str, Any]:

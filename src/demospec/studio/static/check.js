@@ -18,8 +18,9 @@ function say(words, wrong = false) {
 }
 
 async function load() {
-  const query = new URLSearchParams({ scene_id: asked.get("scene") ?? "", type: asked.get("type") ?? "", audit: view.audit });
+  const query = new URLSearchParams({ scene_id: asked.get("scene") ?? "", type: asked.get("type") ?? "", audit: view.audit, wait: false });
   view.doc = await ask("GET", `check?${query}`);
+  if (view.doc.learning) setTimeout(() => load().catch((error) => say(error.message, true)), 1000);
   steps(document, view.doc.steps, asked.get("scene"), asked.get("type"));
   paint();
 }
@@ -50,7 +51,7 @@ function paint() {
     html("div", { class: "rv-do" }, ...d.accepted.map((id) => button(`Reject ${shown(id).name}`, () => judge(id, false))),
       ...(d.rejected.length === 1 ? [button(`Accept ${shown(d.rejected[0]).name}`, () => judge(d.rejected[0], true))] : []),
       button(d.accepted.length + d.rejected.length === 1 ? "It is right" : d.accepted.length + d.rejected.length === 2 ? "Both are right" : "All are right", () => act("keep", { demo_ids: d.rejected.length ? d.rejected : d.accepted }, "Kept: it will not be asked again."))),
-  ])) empty("doubts", "No contradiction is open.");
+  ])) empty("doubts", doc.learning ? "Learning from the labels…" : "No contradiction is open.");
   if (!oneOf("unsaid", doc.unsaid.filter((id) => shown(id)), (id) => [
     html("div", { class: "rv-one" }, pictured(id)),
     html("div", { class: "rv-do" }, button("Accept", () => judge(id, true), "accept"), button("Reject", () => judge(id, false), "reject"), html("a", { href: teachAt(shown(id)) }, "open in Teach")),
@@ -68,7 +69,8 @@ function paint() {
 async function people() {
   const box = root.querySelector(".rv-people .rv-body");
   try {
-    const { people: all } = await ask("GET", "people");
+    const { people: all, learning } = await ask("GET", "people?wait=false");
+    if (learning) return setTimeout(people, 1000);
     if (!all.length) return box.replaceChildren(html("p", { class: "soft" }, "Nobody has accepted or rejected a path yet."));
     const marks = { good: "✓", mixed: "!", bad: "✕", unknown: "?" };
     box.replaceChildren(html("div", { class: "rv-table report", tabindex: 0, role: "group", "aria-label": "People, scrolls sideways" }, html("table", {},

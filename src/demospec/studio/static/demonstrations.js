@@ -19,7 +19,8 @@ function say(words, wrong = false) {
 
 async function load() {
   const query = new URLSearchParams(FILTERS.filter((n) => asked.get(n)).map((n) => [n, asked.get(n)]));
-  doc = await ask("GET", `gallery?${query}`);
+  doc = await ask("GET", `gallery?${query}${query.size ? "&" : ""}wait=false`);
+  if (doc.learning) setTimeout(() => load().catch((error) => say(error.message, true)), 1000);
   history.replaceState(null, "", query.size ? `?${query}` : location.pathname);
   paint();
 }
@@ -41,7 +42,7 @@ function paint() {
     box.onchange = () => { box.checked ? chosen.add(d.demo_id) : chosen.delete(d.demo_id); marked(); };
     return figure(doc.scenes[d.scene_id], d, html("div", { class: "dm-under" }, html("label", {}, box, " choose"), html("a", { href: teachAt(d) }, "open")));
   }));
-  if (!doc.demonstrations.length) root.querySelector(".dm-grid").replaceChildren(html("p", { class: "soft" }, doc.all ? "No path passes these filters." : "Nothing was drawn yet: begin under Teach, or drop recordings here."));
+  if (!doc.demonstrations.length) root.querySelector(".dm-grid").replaceChildren(html("p", { class: "soft" }, doc.learning ? "Learning from the labels…" : doc.all ? "No path passes these filters." : "Nothing was drawn yet: begin under Teach, or drop recordings here."));
   root.querySelector(".dm-page").textContent = `page ${doc.page + 1} of ${doc.pages}`;
   root.querySelector('[data-do="before"]').disabled = doc.page === 0;
   root.querySelector('[data-do="after"]').disabled = doc.page + 1 >= doc.pages;

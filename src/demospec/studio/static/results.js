@@ -3,7 +3,7 @@ import { prepared } from "./connection.js";
 import { html, steps, waitFor } from "./parts.js";
 
 const take = await waitFor("#take");
-const choices = JSON.parse(take.dataset.choices);
+let choices = JSON.parse(take.dataset.choices);
 const field = (name) => take.querySelector(`[name=${name}]`);
 const said = take.querySelector(".re-said");
 const planned = ["nav2", "moveit", "mcap"];
@@ -69,10 +69,20 @@ take.addEventListener("change", () => { types(); show(); });
 // A link may say which scene and person.
 const linked = new URLSearchParams(location.search);
 if ([...field("scene").options].some((o) => o.value === linked.get("scene"))) field("scene").value = linked.get("scene");
-types();
-if ([...field("type").options].some((o) => o.value === linked.get("type"))) field("type").value = linked.get("type");
-show();
+function offer() {
+  types();
+  if ([...field("type").options].some((o) => o.value === linked.get("type"))) field("type").value = linked.get("type");
+  show();
+}
+offer();
 prepared();
+// Rules are still being learned: the rest comes when they are.
+if ("learning" in take.dataset) fetch("/results/choices").then(async (answer) => {
+  choices = await answer.json();
+  field("rules").replaceChildren(...Object.keys(choices.rules).map((n) => new Option(n)));
+  delete take.dataset.learning;
+  offer();
+}).catch((error) => { said.textContent = error.message; });
 
 const place = document.querySelector("#report");
 if (place) {

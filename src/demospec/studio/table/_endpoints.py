@@ -112,8 +112,9 @@ def table_document(bench: Workbench, scene_id: str, type: str = "") -> dict[str,
 
 
 def _steps(bench: Workbench, scene_id: str, type: str) -> list[dict[str, Any]]:
-    open_ = len(doubts_of(bench).all())
-    return [vars(s) for s in steps_of(bench, scene_id, type or bench.types[0], open_)]
+    open_ = doubts_of(bench).soon()
+    count = None if open_ is None else len(open_)
+    return [vars(s) for s in steps_of(bench, scene_id, type or bench.types[0], count)]
 
 
 def corners(shape: Any) -> list[list[float]]:

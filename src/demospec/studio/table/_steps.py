@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from demospec.studio.results._export import PLANNED, choices
+from demospec.studio.results._export import LEARNING, PLANNED, choices
 from demospec.studio.session._replay import UNNAMED
 from demospec.studio.session._workspace import Workbench
 
@@ -24,17 +24,18 @@ class Step:
     missing: str = ""
 
 
-def steps_of(bench: Workbench, scene_id: str, type: str, doubts: int) -> tuple[Step, ...]:
+def steps_of(bench: Workbench, scene_id: str, type: str, doubts: int | None) -> tuple[Step, ...]:
     """The way for one table and one person.
 
     Args:
-        doubts: Contradictions that are open, of everybody.
+        doubts: Contradictions that are open, of everybody; None while rules are being learned.
     """
+    planned = LEARNING if doubts is None else _to_plan(bench, scene_id, type)
     return (
         Step("table", "Table", missing_on_table(bench, scene_id)),
         Step("teach", "Teach", _to_teach(bench, type)),
         Step("check", "Check", _to_check(bench, doubts)),
-        Step("results", "Plan and report", _to_plan(bench, scene_id, type)),
+        Step("results", "Plan and report", planned),
     )
 
 
@@ -59,7 +60,9 @@ def _to_teach(bench: Workbench, type: str) -> str:
     return "" if False in said else "Reject one path that comes too near."
 
 
-def _to_check(bench: Workbench, doubts: int) -> str:
+def _to_check(bench: Workbench, doubts: int | None) -> str:
+    if doubts is None:
+        return LEARNING
     if doubts:
         return "One contradiction is open." if doubts == 1 else f"{doubts} contradictions are open."
     if not any(d.valid is not None for d in bench.demonstrations):

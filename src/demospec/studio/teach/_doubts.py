@@ -10,6 +10,7 @@ from weakref import WeakKeyDictionary, ref
 
 from demospec.demonstrations import DemonstrationSet
 from demospec.studio.session._distance_cache import near
+from demospec.studio.session._later import SOON_S, Later
 from demospec.studio.session._workspace import Workbench
 from demospec.studio.teach._conflicts import Conflict, conflicts, is_kept, questions
 from demospec.studio.teach._summary import of_type
@@ -48,8 +49,7 @@ class Doubts:
 
     def __init__(self, bench: Workbench) -> None:
         self._weak = ref(bench)  # the workbench is the key that this is kept under
-        self._lock = threading.Lock()
-        self._found: tuple[int, tuple[Doubt, ...]] = (-1, ())
+        self._found = Later(lambda: self._bench.version, self._find)
 
     @property
     def _bench(self) -> Workbench:
@@ -59,11 +59,11 @@ class Doubts:
 
     def all(self) -> tuple[Doubt, ...]:
         """Open contradictions; those with the newest label first."""
-        with self._lock:
-            version = self._bench.version
-            if self._found[0] != version:
-                self._found = (version, self._find())
-            return self._found[1]
+        return self._found.now() or ()
+
+    def soon(self) -> tuple[Doubt, ...] | None:
+        """The same where it is known at once; None while it is learned."""
+        return self._found.now(SOON_S)
 
     def _find(self) -> tuple[Doubt, ...]:
         bench, newest = self._bench, self._bench.standing.labelled

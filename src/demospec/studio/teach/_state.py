@@ -11,6 +11,7 @@ from demospec.errors import DemospecError, InputError
 from demospec.report import short_name
 from demospec.rules import Query
 from demospec.scene import Scene
+from demospec.studio.session._distance_cache import near
 from demospec.studio.session._journal import Event
 from demospec.studio.session._replay import UNNAMED
 from demospec.studio.session._scales import METRES
@@ -151,10 +152,22 @@ class TeachState:
         """
         wanted = self.wanted()
         waiting = self._waiting()
-        for valid in (True, False) if waiting is not None else ():
+        likely = waiting is None or self._expected(waiting) is not False
+        # The likelier answer first: it is the one that is waited for.
+        for valid in (likely, not likely) if waiting is not None else ():
             if self.wanted() == wanted and waiting is not None:
                 judged = self.bench.comparable(wanted[2], replace(waiting, valid=valid))
                 understand(judged, wanted[1], self._memory)
+
+    def _expected(self, waiting: Demonstration) -> bool | None:
+        """What the rule so far says of a path; None where it says nothing."""
+        scene = self.bench.scene(waiting.scene_id)
+        rule = self.understood.rule_at(self.bench.units, self.bench.scale_of(scene.scene_id))
+        if rule is None or scene.objects is None:
+            return None
+        symbols = tuple(rule.value)
+        away = near(scene, [waiting.xy], symbols)[0]
+        return all(a >= rule.value[s] for a, s in zip(away, symbols, strict=True))
 
     def _waiting(self) -> Demonstration | None:
         """The path that A or R would be about now."""
