@@ -33,6 +33,7 @@ def tiny(**changes: object) -> PretrainSettings:
         "judge_pictures": 4,
         "joiner_pictures": 4,
         "doubt_pictures": 4,
+        "familiarity_pictures": 4,
     }
     return PretrainSettings(**{**plain, **changes})  # type: ignore[arg-type]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -96,14 +96,16 @@ def detect(
         how = {"network": network, "head": head}
         _detect_set(source, how, least, out, overlay, scene_id, force, json)
         return
-    from demospec.perception import detect_objects
+    from demospec.perception import detect_objects, observe
     from demospec.scene import Picture
 
     if scene_id is not None:
         raise InputError("no scene for a single picture", scene_id, field="--scene")
     picture = Picture(file=source)
-    found = detect_objects(picture.pixels, network=network, head=head, least=least)
-    _tell(source, picture, found, out, overlay, json, named=head is not None)
+    observation = observe(picture.pixels, network=network)
+    found = detect_objects(observation, head=head, least=least)
+    known = {} if observation.familiarity is None else observation.familiarity.to_json()
+    _tell(source, picture, found, out, overlay, json, named=head is not None, known=known)
 
 
 def _refuse(given: dict[str, object], beside: str) -> None:
@@ -146,11 +148,15 @@ def _tell(
     json: bool,
     *,
     named: bool,
+    known: dict[str, Any] | None = None,
 ) -> None:
     from demospec.perception import overlay_picture
 
-    document = {"size_px": list(picture.size_px), "objects": [thing.to_json() for thing in found]}
+    known = known or {}
+    things = [thing.to_json() for thing in found]
+    document = {"size_px": list(picture.size_px), **known, "objects": things}
     save_json(document, out)
+    say_unfamiliar({source.name: known.get("reason")})
     if overlay is not None:
         overlay_picture(picture.pixels, found, overlay)
         say(f"wrote {overlay}")
@@ -188,13 +194,14 @@ def _detect_set(
     if folder is not None:
         write_set(seen, folder, replace_existing=force)
         say(f"wrote {folder}")
-    document = {
-        "scenes": [
-            {"scene_id": s.scene_id, "objects": [thing.to_json() for thing in s.objects or ()]}
-            for s in seen.scenes
-            if s.scene_id not in skipped
-        ]
-    }
+    document: dict[str, Any] = {"scenes": []}
+    for s in seen.scenes:
+        if s.scene_id not in skipped:
+            own = dict(s.extra)["detector"]
+            known = {k: own[k] for k in ("familiar", "reason") if k in own}
+            things = [thing.to_json() for thing in s.objects or ()]
+            document["scenes"].append({"scene_id": s.scene_id, **known, "objects": things})
+    say_unfamiliar({s["scene_id"]: s.get("reason") for s in document["scenes"]})
     if folder is None:
         save_json(document, out)
     if overlay is not None:
@@ -210,6 +217,19 @@ def _detect_set(
     else:
         rows = [(s.scene_id, s.objects or ()) for s in seen.scenes if s.scene_id not in skipped]
         _print(seen.name, rows, how.get("head") is not None or "detector" in how)
+
+
+def say_unfamiliar(reasons: Mapping[str, str | None]) -> None:
+    """Says which pictures the network does not know, and what to do; nothing for familiar ones."""
+    strange = {name: reason for name, reason in reasons.items() if reason}
+    if not strange:
+        return
+    some = ", ".join(list(strange)[:5]) + (", …" if len(strange) > 5 else "")
+    why = ", ".join(dict.fromkeys(strange.values()))
+    say(
+        f"unlike the pictures that the detector was trained on: {some} ({why}). Look at what was "
+        "found; list the objects, or bring a detector (--detector)"
+    )
 
 
 def _print(

@@ -83,6 +83,10 @@ def predict(
     with progress_bar() as progress:
         answer = predict_set(fitted, data, progress=progress)
     say_unjudged(answer.unjudged)
+    if hasattr(fitted, "unfamiliar"):
+        from demospec.cli._detect import say_unfamiliar
+
+        say_unfamiliar(fitted.unfamiliar(data.scenes))
     if answer.unknown_types:
         say(f"p_valid is null for types the model does not know: {', '.join(answer.unknown_types)}")
     document: dict[str, Any] = answer.to_json()

@@ -15,6 +15,7 @@ from demospec.demonstrations import DemonstrationSet
 from demospec.errors import CannotJudgeError, InputError
 from demospec.perception._detected import DetectedObject
 from demospec.perception._observation import Observation
+from demospec.perception.heads._familiarity import UNSURE, Familiarity
 from demospec.perception.heads._symbols import SymbolHead, class_probabilities
 from demospec.perception.inference._observe import observe
 from demospec.progress import Progress, silent
@@ -38,6 +39,8 @@ def detect_objects(
 ) -> list[DetectedObject]:
     """The objects in a picture, largest first; an empty list is an empty table.
 
+    In a picture of an unfamiliar kind nothing is more than 0.6 sure (`Observation.familiarity`).
+
     Args:
         picture: (h, w, 3) uint8 of any size, a scene with a picture, or what `observe` gave.
         network: The shipped one by default.
@@ -55,6 +58,8 @@ def detect_objects(
     found: list[DetectedObject] = []
     count: dict[str, int] = {}
     detections = observation.detections
+    known = observation.familiarity is None or observation.familiarity.familiar
+    most = 1.0 if known else UNSURE
     for detection, names in zip(detections, class_probabilities(detections, head), strict=True):
         there = sum(names.values())
         if there < least:
@@ -70,7 +75,7 @@ def detect_objects(
                 center=(round(detection.center[0], 3), round(detection.center[1], 3)),
                 bbox=tuple(round(v, 3) for v in detection.bbox),  # type: ignore[arg-type]
                 footprint=Polygon(np.round(detection.polygon, 3)),
-                confidence=float(there if head is None else p),
+                confidence=min(most, float(there if head is None else p)),
                 symbols=ranked[:3],
             )
         )
@@ -140,7 +145,7 @@ def detect_in_set(
     A head from the set's own training lists (`fit_symbol_head`) keeps its symbols; generic
     words are added to the set's symbols where no head is given, and so are the classes of a
     detector. Each such scene keeps the detector's name and the least confidence as ``detector``
-    in its line of the set.
+    in its line of the set; of the package's own also whether the picture is ``familiar``.
 
     Args:
         network, head: Of the package's own detector, which is used where `detector` is None.
@@ -163,17 +168,21 @@ def detect_in_set(
     record = {"name": "demospec" if detector is None else detector.name, "least": least}
     for number, scene in enumerate(data.scenes):
         found: list[DetectedObject] | None = None
+        known: Familiarity | None = None
         if scene.picture is not None and detector is None:
-            found = detect_objects(scene, network=network, head=head, least=least)
+            observation = _observed(scene, network, None)
+            found, known = (
+                detect_objects(observation, head=head, least=least),
+                observation.familiarity,
+            )
         elif scene.picture is not None and detector is not None:
             found = detect_with(detector, scene, symbols=symbols, least=least)
         if found is None:
             skipped.append(scene.scene_id)
         else:
             extra = tuple((k, v) for k, v in scene.extra if k != "detector")
-            scene = replace(
-                scene.seen(), objects=tuple(found), extra=(*extra, ("detector", record))
-            )
+            own = record if known is None else {**record, **known.to_json()}
+            scene = replace(scene.seen(), objects=tuple(found), extra=(*extra, ("detector", own)))
         scenes.append(scene)
         progress("observing the scenes", number + 1, len(data.scenes))
     if len(skipped) == len(scenes) and detector is not None:

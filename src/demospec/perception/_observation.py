@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from demospec.frames import FloatArray
 from demospec.geometry import read_map
 from demospec.perception._canonical import Float32Array
+from demospec.perception.heads._familiarity import Familiarity
 
 
 @dataclass(frozen=True)
@@ -97,6 +98,8 @@ class Observation:
             trained on.
         uncertainty: (h, w) standard deviation of the distances relative to the usual one; 1 as
             usual.
+        familiarity: Whether the network knows pictures of this kind; None where its weights do
+            not say.
     """
 
     size_px: tuple[int, int]
@@ -108,6 +111,7 @@ class Observation:
     detections: tuple[Detection, ...]
     percent_map_px: float
     uncertainty: Float32Array
+    familiarity: Familiarity | None = None
 
     @property
     def percent_px(self) -> float:

@@ -14,6 +14,7 @@ from demospec.perception._canonical import (
     turned_back,
 )
 from demospec.perception._observation import Observation
+from demospec.perception.heads._familiarity import familiarity_of
 from demospec.perception.heads._merging import MergingHead
 from demospec.perception.heads._objectness import ObjectnessHead
 from demospec.perception.heads._uncertainty import uncertainty_map
@@ -112,6 +113,8 @@ def observe(
     )  # fmt: skip
     distance = total[0] * np.float32(per_pixel)
     uncertainty = uncertainty_map(network, features, grid)
+    familiarity = familiarity_of(network, features, context, planes)
     return Observation(
-        size, grid, distance, total, features, context, detections, percent, uncertainty
-    )
+        size, grid, distance, total, features, context, detections, percent, uncertainty,
+        familiarity,
+    )  # fmt: skip

@@ -18,7 +18,7 @@ from demospec.perception.network._backbone import Backbone, NetworkSize, measure
 
 
 class DistanceNet(nn.Module):
-    """A backbone with its heads: objectness, merging of segments, uncertainty of distances.
+    """A backbone with its heads: objectness, merging, uncertainty of distances, familiarity.
 
     The forward pass is the backbone's; the heads' weights travel with it.
     """
@@ -39,6 +39,11 @@ class DistanceNet(nn.Module):
         self.register_buffer("objectness_scale", torch.ones(measured))
         self.register_buffer("objectness_weight", torch.zeros(words, measured))
         self.register_buffer("objectness_bias", torch.zeros(words))
+        shown = 2 * (s.half + s.eighth)
+        self.register_buffer("familiarity_center", torch.zeros(shown))
+        self.register_buffer("familiarity_scale", torch.ones(shown))
+        self.register_buffer("familiarity_weight", torch.zeros(shown))  # says nothing
+        self.register_buffer("familiarity_bias", torch.zeros(1))
         self.register_buffer("merging_center", torch.zeros(PAIR_FEATURES))
         self.register_buffer("merging_scale", torch.ones(PAIR_FEATURES))
         self.register_buffer("merging_weight", torch.zeros(PAIR_FEATURES))

@@ -82,7 +82,12 @@ def _loaded(name: str, changed: int) -> Any:
     return network_of(state, recipe["settings"].get("body", {}), file=file)
 
 
-_ON_DISK = (("judge_", "objectness_"), ("joiner_", "merging_"), ("doubt.", "uncertainty."))
+_ON_DISK = (
+    ("judge_", "objectness_"),
+    ("joiner_", "merging_"),
+    ("doubt.", "uncertainty."),
+    ("familiarity_", "familiarity_"),
+)
 """First words of the arrays of the heads in files, and in a `DistanceNet`."""
 
 _HEADS = tuple(name for _, name in _ON_DISK)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from demospec._lazy import names_of
 
 if TYPE_CHECKING:
+    from demospec.perception.training._familiarity import fit_familiarity_head
     from demospec.perception.training._heads import (
         HeadPictures,
         fit_merging_head,
@@ -23,6 +24,7 @@ __all__ = [
     "HeadPictures",
     "PretrainSettings",
     "TuneSettings",
+    "fit_familiarity_head",
     "fit_merging_head",
     "fit_objectness_head",
     "fit_symbol_head",
@@ -37,6 +39,7 @@ _HOME = {
     "HeadPictures": "_heads",
     "PretrainSettings": "_pretrain",
     "TuneSettings": "_tune",
+    "fit_familiarity_head": "_familiarity",
     "fit_merging_head": "_heads",
     "fit_objectness_head": "_heads",
     "fit_symbol_head": "_symbol_head",

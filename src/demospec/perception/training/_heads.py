@@ -93,7 +93,7 @@ def fit_objectness_head(network: DistanceNet, given: HeadPictures) -> None:
     if not examples:
         return  # a network that detects nothing anywhere leaves nothing to learn from
     x = np.stack(examples).astype(np.float64)
-    _keep(network, "objectness", _fitted(x, np.array(labels), len(KINDS) + 1))
+    keep(network, "objectness", _fitted(x, np.array(labels), len(KINDS) + 1))
 
 
 def fit_merging_head(network: DistanceNet, given: HeadPictures) -> None:
@@ -114,7 +114,7 @@ def fit_merging_head(network: DistanceNet, given: HeadPictures) -> None:
     # Of two classes only the difference counts.
     for name in ("weight", "bias"):
         values[name] = np.diff(values[name], axis=0)[0]
-    _keep(network, "merging", values)
+    keep(network, "merging", values)
 
 
 def _owner(number: NDArray[np.floating]) -> int:
@@ -137,7 +137,7 @@ def _fitted(x: FloatArray, y: NDArray[np.int64], count: int) -> dict[str, FloatA
     return {"center": center, "scale": scale, "weight": weight, "bias": bias}
 
 
-def _keep(network: DistanceNet, head: str, values: Mapping[str, Any]) -> None:
+def keep(network: DistanceNet, head: str, values: Mapping[str, Any]) -> None:
     """Writes the arrays of a head among the network's weights."""
     for name, held in network.buffers_of(head).items():
         held.copy_(torch.from_numpy(np.asarray(values[name], np.float32)))

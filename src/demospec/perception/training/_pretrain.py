@@ -22,6 +22,10 @@ from demospec.perception.network._backbone import NetworkSize
 from demospec.perception.network._distance_net import DistanceNet, empty_folded, folded
 from demospec.perception.network._weights import load_network, recipe_of, save_network
 from demospec.perception.synthetic._things import CLEAR_SHARE
+from demospec.perception.training._familiarity import (
+    FAMILIARITY_PICTURES,
+    fit_familiarity_head,
+)
 from demospec.perception.training._heads import (
     MERGING_PICTURES,
     OBJECTNESS_PICTURES,
@@ -55,6 +59,7 @@ class PretrainSettings:
         judge_pictures: Further pictures, for the objectness head.
         joiner_pictures: Further pictures, for the merging head.
         doubt_pictures: Further pictures, for the uncertainty head.
+        familiarity_pictures: Further pictures, for the familiarity head; fewer than 20: none.
         init: Weights file to go on from (its own recipe is kept inside the new one); None
             starts from random weights.
         bfloat16: Train in bfloat16 (saved weights and inference are float32/float16): several
@@ -76,6 +81,7 @@ class PretrainSettings:
     judge_pictures: int = OBJECTNESS_PICTURES
     joiner_pictures: int = MERGING_PICTURES
     doubt_pictures: int = UNCERTAINTY_PICTURES
+    familiarity_pictures: int = FAMILIARITY_PICTURES
     init: str | None = None
     bfloat16: bool = False
     body: NetworkSize = field(default_factory=NetworkSize)
@@ -90,6 +96,7 @@ class PretrainSettings:
             "judge_pictures",
             "joiner_pictures",
             "doubt_pictures",
+            "familiarity_pictures",
         ):
             if getattr(self, name) < 1:
                 raise InputError("at least 1", getattr(self, name), field=name)
@@ -216,6 +223,7 @@ def pretrain(
                 (fit_merging_head, settings.joiner_pictures),
                 (fit_objectness_head, settings.judge_pictures),
                 (fit_uncertainty_head, settings.doubt_pictures),
+                (fit_familiarity_head, settings.familiarity_pictures),
             ):
                 given = HeadPictures(
                     settings.seed, pictures, settings.rendered, settings.size_px, progress

@@ -10,7 +10,7 @@ at the fitted clearance.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -41,6 +41,7 @@ from demospec.specification.models._folder import (
 )
 from demospec.specification.models.beta_vae._stacked import check_device
 from demospec.specification.models.perceived_rule._fit import (
+    ObservedScene,
     calibrate,
     fit_rules,
     observe_all,
@@ -166,6 +167,8 @@ class FieldModel:
                 network, pictured, scale, seed=seed, device=settings.device, progress=progress
             )
         observed = observe_all(pictured, network, scale, progress) if pictured else []
+        if not listed:
+            _refuse_unfamiliar(observed)
         head = None
         if listed and pictured:
             from demospec.perception import fit_symbol_head
@@ -191,6 +194,18 @@ class FieldModel:
                 "not listed", row=f"scene {scene.scene_id}", field="objects",
             )  # fmt: skip
         return observation_of(scene, self.network, self.scale)
+
+    def unfamiliar(self, scenes: Iterable[Scene]) -> dict[str, str]:
+        """Scene → why the network does not know pictures of its kind, of those judged by theirs."""
+        lists = self.settings.use_lists and not (self.head is None and self.network is not None)
+        found: dict[str, str] = {}
+        for scene in scenes:
+            if self.network is None or scene.picture is None or (lists and scene.objects):
+                continue
+            seen = observation_of(scene, self.network, self.scale, turns=(0,)).familiarity
+            if seen is not None and not seen.familiar:
+                found[scene.scene_id] = seen.reason
+        return found
 
     def see(self, scene: Scene, *, use_lists: bool | None = None) -> FieldView:
         """Observes a scene.
@@ -314,6 +329,19 @@ class FieldModel:
                     len(head.center), file=file, field="head.center",
                 )  # fmt: skip
         return cls(rules, head, calibration, scale, network, settings, dict(stored.provenance))
+
+
+def _refuse_unfamiliar(observed: Sequence[ObservedScene]) -> None:
+    """Nothing is learned from pictures alone where the network knows fewer than half of them."""
+    known = [item.observation.familiarity for item in observed]
+    strange = [f.reason for f in known if f is not None and not f.familiar]
+    if 2 * len(strange) > len(known):
+        why = max(set(strange), key=strange.count)
+        raise CannotJudgeError(
+            "lists of the objects, or a --detector of your own",
+            f"pictures that the network does not know ({len(strange)} of {len(known)}: {why})",
+            field="scenes",
+        )
 
 
 def _settings(settings: FieldSettings | None, named: dict[str, Any]) -> FieldSettings:
