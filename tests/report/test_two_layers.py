@@ -68,6 +68,10 @@ def test_three_lights_stand_beside_the_sentence_of_each_person(run: Run) -> None
     found = lights(report, "aggressive")
     assert found["Enough shown"][0] == "bad"
     assert "nothing was rejected" in found["Enough shown"][1]
+    # Where nothing was rejected, no plan can be right about a rule, and what to show is known.
+    assert "nothing was rejected" in found["Plans keep the rule"][1]
+    (aggressive,) = (p for p in report.people if p.name == "aggressive")
+    assert dict(aggressive.facts)["Show next:"] == "a path that is too close, and reject it."
     assert lights(report, "careful")["Plans keep the rule"][0] == "unknown"
     assert lights(report, "careful")["Enough shown"][0] == "unknown"
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+from demospec.frames import METRES
 from demospec.report._view import Report, Section, counted
 from demospec.report.run._run import Run, read_run
 from demospec.report.sections._glossary import glossary_of
@@ -27,13 +28,15 @@ def build_report(run: Path | Run) -> Report:
     )  # fmt: skip
     sections = tuple(s for s in (make(found) for make in makers) if s is not None)
     d = found.data
-    scale = f" ({d.metres_per_unit * 1000:.1f} mm each)" if d.metres_per_unit else ""
+    lengths = f"Distances in {d.units}."
+    if d.metres_per_unit and d.units not in METRES:
+        lengths = f"One {d.units} is {d.metres_per_unit * 1000:.1f} mm."
     return Report(
         title=f"What the demonstrators of “{d.name}” care about",
         subtitle=(
             f"{counted(len(d.demonstrations), 'demonstration')}, "
             f"{counted(len(d.scenes), 'scene')}, {counted(len(d.types), 'type')} of user. "
-            f"Distances in {d.units}{scale}."
+            f"{lengths}"
         ),
         summary=_summary(found),
         sections=sections,

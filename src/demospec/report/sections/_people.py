@@ -52,7 +52,7 @@ def _person(run: Run, name: str, rules: TypeRules) -> Person:
         (
             enough_shown(evidence, asked),
             answers_agree(run, name, rules, evidence),
-            _plans(run, name),
+            _plans(run, name, evidence),
         ),
         _facts(run, name, rules, evidence, asked),
     )
@@ -137,8 +137,10 @@ def named(demo_ids: Sequence[str]) -> str:
     return f"{some} and {more} more" if more > 0 else some
 
 
-def _plans(run: Run, name: str) -> Light:
+def _plans(run: Run, name: str, evidence: Evidence) -> Light:
     title = "Plans keep the rule"
+    if evidence.n and evidence.rejected == 0:
+        return Light(title, "unknown", "no rule yet that a plan could break: nothing was rejected")
     mine = [p for p in run.plans or () if p.type == name]
     found = [p for p in mine if p.found]
     if not mine:
@@ -187,6 +189,9 @@ def _facts(
         facts.append(("Labels that were changed:", words))
     if asked is not None and asked.points is not None and asked.status == "ask":
         facts.append(("Show next:", f"the dotted green path in scene {asked.scene}: is it right?"))
+    elif evidence.n and 0 in (evidence.rejected, evidence.accepted):
+        far, what = ("far enough", "accept") if evidence.rejected else ("too close", "reject")
+        facts.append(("Show next:", f"a path that is {far}, and {what} it."))
     return tuple(facts)
 
 
