@@ -12,6 +12,7 @@ import pytest
 from demospec.causal import Settings, checked, estimate, trials_of_set
 from demospec.cli import main
 from demospec.demonstrations import DemonstrationSet, edit, write_set
+from demospec.errors import InputError
 from demospec.rules import (
     ClearanceRule,
     Constraint,
@@ -23,7 +24,7 @@ from demospec.rules import (
     simulate_by_rule,
 )
 from demospec.scene import Disc, Scene, SceneObject
-from demospec.specification import audit_set
+from demospec.specification import RepairSettings, audit_set, repair_set
 
 BETWEEN = Constraint("between", ("cup", "bowl"), "at_least", 5.0, interval=(4.0, 6.0))
 EDGE = Constraint("edge", None, "at_least", 5.0)
@@ -181,3 +182,21 @@ def test_the_words_and_the_page_of_a_run_speak_of_constraints(
     assert 'class="cross"' in page
     assert "is known: p moves at most 15 cm/s" in page
     assert "keeps no distance from what is listed" not in page
+
+
+@pytest.mark.parametrize("asked", [SLOW, OVER, UPRIGHT])
+def test_curves_are_not_said_to_be_repaired_in_what_they_do_not_hold(asked: Constraint) -> None:
+    with pytest.raises(InputError, match="a repair knows no heights, tilts or times"):
+        repair_set(rules_of(asked), set_of(asked, scenes=3), "p")
+
+
+def test_curves_are_repaired_beside_a_line_between_things() -> None:
+    asked = Constraint("between", ("glass", "plate"), "at_least", 5.0)
+    data = set_of(asked, scenes=2)
+    few = data.select(np.flatnonzero(data.demonstrations.valid == 0)[:3])
+    rules = rules_of(asked)
+    done = repair_set(rules, few, "p", rules=rules, settings=RepairSettings(particles=6, steps=12))
+    assert len(done.items) == 3
+    for item in done.items:
+        assert item.moved > 0
+        assert item.rule_valid

@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from demospec.demonstrations import DemonstrationSet, ValidityModel
-from demospec.errors import CannotJudgeError
+from demospec.demonstrations import DemonstrationSet, ValidityModel, View
+from demospec.errors import CannotJudgeError, InputError
 from demospec.frames import FloatArray, describe_length
 from demospec.progress import Progress, silent
+from demospec.rules import RuleView, constraint_words
 from demospec.specification.evaluation._predict import Views, check_type
 from demospec.specification.latent._repair import RepairSettings, repair
 from demospec.specification.models.beta_vae._training_data import bezier_controls
@@ -125,7 +126,7 @@ def repair_set(
         order: Order of the Bézier curves.
 
     Raises:
-        InputError: The model does not know the type.
+        InputError: The model does not know the type, or its rule asks for heights, tilts or times.
         CannotJudgeError: The model can judge no scene of the set.
     """
     check_type(model, type)
@@ -142,6 +143,7 @@ def repair_set(
             continue
         chosen = np.sort(np.array(rejected, dtype=np.int64))
         paths = d.paths_xy(chosen)
+        _refuse_beyond_places(view, paths[0], type)
         done = repair(
             view,
             bezier_controls(paths, order),
@@ -167,6 +169,18 @@ def repair_set(
     views.refuse_if_none()
     items = tuple(found[i] for i in sorted(found))
     return RepairedSet(type, items, views.unjudged, data.units, data.metres_per_unit)
+
+
+def _refuse_beyond_places(view: View, path: FloatArray, type: str) -> None:
+    """Curves of the plane hold no heights, tilts or times: they cannot be repaired in these."""
+    if not isinstance(view, RuleView):
+        return
+    asked = view.model.of_type(type).constraints
+    for c, margin in zip(asked, view.margins([path], type)[0], strict=True):
+        if np.isnan(margin):
+            expected = "a rule about places (a repair knows no heights, tilts or times)"
+            words = constraint_words(c, view.model.units, view.model.metres_per_unit)
+            raise InputError(expected, words, field=f"types.{type}")
 
 
 def _judged(
