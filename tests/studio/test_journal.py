@@ -182,6 +182,33 @@ def test_what_was_answered_survives_kill_9(tmp_path: Path) -> None:
     bench.close()
 
 
+@pytest.mark.slow
+def test_twenty_kills_while_labelling_lose_nothing_that_was_answered(tmp_path: Path) -> None:
+    out, told = tmp_path / "new", set[str]()
+    labelling = KILLED.replace(
+        'print(bench.draw(scene, [[10, 50], [90, 50]], actor="k").demo_id, flush=True)',
+        'name = bench.draw(scene, [[10, 50], [90, 50]], actor="k").demo_id\n'
+        '    bench.label(name, True, actor="k")\n'
+        "    print(name, flush=True)",
+    )
+    assert "label" in labelling
+    for kill in range(20):
+        process = subprocess.Popen(
+            [sys.executable, "-c", labelling, str(out)], stdout=subprocess.PIPE, text=True
+        )
+        assert process.stdout is not None
+        told |= {process.stdout.readline().strip() for _ in range(1 + kill % 4)}
+        os.kill(process.pid, signal.SIGKILL)
+        told |= set(process.stdout.read().split("\n")[:-1])
+        process.wait()
+        process.stdout.close()
+    bench = Workbench(out=out)
+    accepted = {d.demo_id for d in bench.demonstrations if d.valid}
+    bench.close()
+    assert len(told) >= 50
+    assert told <= accepted
+
+
 def _write_often(out: str, times: int) -> None:
     bench = Workbench(out=Path(out))
     for _ in range(times):

@@ -81,7 +81,7 @@ async function people() {
         const name = p.name === "me" ? "you" : p.name, next = p.facts.find(([heading]) => heading.startsWith("Show next"));
         return html("tr", {}, html("th", { scope: "row" }, name), drawn, html("td", { class: "rv-sentence" }, p.sentence),
           html("td", {}, html("ul", { class: "lights" }, ...p.lights.map((l) => html("li", { class: `light ${l.state}` }, html("span", { class: "lamp", "aria-hidden": "true" }, marks[l.state]), html("span", {}, html("b", {}, l.name), ` ${l.words}`))))),
-          html("td", {}, html("a", { href: `/teach?${new URLSearchParams({ type: p.name })}` }, next ? "show the path that tells most" : "teach")));
+          html("td", {}, html("a", { href: `/teach?${new URLSearchParams({ type: p.name })}` }, !next ? "teach" : next[1].startsWith("a path") ? `show ${next[1].replace(/\.$/, "")}` : "show the path that tells most")));
       })))));
   } catch (error) { box.replaceChildren(html("p", { class: "rv-said wrong" }, error.message)); }
 }
