@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import importlib.util
 import sys
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 
 import numpy as np
 import pytest
 
+from demospec.demonstrations import simulate_set
 from demospec.errors import InputError
 from demospec.rules import (
     Constraint,
@@ -203,3 +205,27 @@ def test_more_demonstrations_than_are_searched_are_all_learned_from() -> None:
     assert own.evidence["constraints"]["searched"] == 40
     assert found.interval is not None
     assert found.interval[0] <= truth[0].value <= found.interval[1]
+
+
+@pytest.mark.parametrize("seed", [400, 401])
+def test_things_that_are_listed_displaced_are_no_sides(seed: int) -> None:
+    """People who keep a distance from one class, in lists that are two hundredths off."""
+    data, _ = simulate_set(train_scenes=20, test_scenes=20, demonstrations=9, seed=seed)
+    rng = np.random.default_rng(seed + 1000)
+    scenes = []
+    for scene in data.scenes:
+        if scene.split == "test":
+            rng.uniform(-20, 120, (100, 1, 2))
+            continue
+        items = tuple(item.moved(rng.normal(0, 2.0, 2)) for item in scene.objects or ())
+        scenes.append(replace(scene, objects=items))
+    data = replace(data.of_split("train"), scenes=tuple(scenes))
+    first = np.zeros(len(data.demonstrations), dtype=bool)
+    seen: dict[tuple[str, str], int] = {}
+    for i, key in enumerate(
+        zip(data.demonstrations.scene_id, data.demonstrations.type, strict=True)
+    ):
+        seen[key] = seen.get(key, 0) + 1
+        first[i] = seen[key] <= 3
+    rules = learn_rules(data.select(first), influence=False)
+    assert [r.constraints for r in rules.rules.values()] == [()] * 3
