@@ -64,7 +64,7 @@ KINDS: dict[str, Response] = {
 FAMILIES: dict[str, list[Response]] = {
     "consistent": [careless(0.0)],
     "soft": [soft(w) for w in np.geomspace(0.15, 6.0, 12).tolist()],
-    "strict": [strict(z) for z in np.geomspace(0.4, 6.0, 12).tolist()],
+    "strict": [strict(z) for z in np.geomspace(0.4, 6.0, 80).tolist()],
     "wrong": [careless(r) for r in np.linspace(0.01, 0.3, 12).tolist()],
 }
 """What the oracle thinks possible, evenly."""

@@ -56,7 +56,7 @@ NOISES = ((1.0, 0.06), (2.0, 0.06), (4.0, 0.06))
 WIDTHS = ((0.25, 0.03), (0.5, 0.03), (1.0, 0.03), (2.0, 0.03), (4.0, 0.03), (8.0, 0.02))
 """Widths over which the acceptance of a soft person rises, in the same way."""
 
-ZONES = ((0.8, 0.025), (1.4, 0.025), (2.2, 0.025), (3.5, 0.025))
+ZONES = ((0.8, 0.025), (1.3, 0.025), (2.15, 0.025), (3.5, 0.025))
 """How far beyond the threshold a strict person rejects some paths, in the same way."""
 
 _RATES = ((0.002, 0.6), (0.03, 0.25), (0.1, 0.15))  # wrong labels beside a width
@@ -144,6 +144,7 @@ def posterior(
     weight = np.exp(mass[0] - mass[0].max())
     start = float(weight @ prior.clearance((low[0] + high[0]) / 2) / weight.sum())
     responses = Responses(_noises(unit), _zones(unit, answers), log(_SHARP))
+    fine = _finer(responses.zones)
     errors = Errors(prior, responses.noises, start, unit)
     for i, s in enumerate(kept.tolist()):
         share = _share_prior(sharing, bool(members[s].sum() <= 1))
@@ -156,7 +157,7 @@ def posterior(
             if member.any():
                 parts += [
                     strict_shared(member, near[i], answers, prior, width).scaled(log_p)
-                    for width, log_p in responses.zones
+                    for width, log_p in fine
                 ]
         models.append(Model(member, Particles.joined(parts), sparse[s] + share))
     if sharing != "shared":
@@ -207,6 +208,21 @@ def _noises(unit: float) -> tuple[Noise, ...]:
 def _zones(unit: float, answers: Answers) -> tuple[tuple[float, float], ...]:
     """Every zone of a strict person with its log prior; none where a pair was asked for."""
     return () if answers.pairs else tuple((w * unit, log(p)) for w, p in ZONES)
+
+
+_RATIO = 1.64  # of neighbouring `ZONES`
+_STEPS = 3
+
+
+def _finer(zones: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:
+    """Each zone as some of nearly its width: many answers show its outer end, and a clearance is
+    as far from there as the zone is wide."""
+    steps = (np.arange(_STEPS) - (_STEPS - 1) / 2) / _STEPS
+    return tuple(
+        (width * float(np.exp(log(_RATIO) * step)), log_p - log(_STEPS))
+        for width, log_p in zones
+        for step in steps
+    )
 
 
 def _log_evidence(
