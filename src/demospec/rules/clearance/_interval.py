@@ -3,11 +3,10 @@
 Where answers are sharp and distances exact, every clearance that agrees with the labels is possible
 and no other: rejected demonstrations set the lower end, accepted ones the upper. Those ends are too
 narrow where a person is inconsistent or an object stands elsewhere than its list says, and few
-demonstrations seldom tell. Most people are thought consistent; the interval of one who is not would
-then hold too seldom. So for intervals sharp answers are thought as likely as one of four kinds of
-response, and ends that demonstrations set are printed only where answers are surely sharp; else the
-interval is the shortest that holds 95 % and these ends. Where labels contradict each other, those
-that the named rule agrees with set the ends: a contradiction does not narrow them.
+demonstrations seldom tell. So ends that demonstrations set are printed only where answers are
+surely sharp; else the interval is the shortest that holds 95 % and these ends. Where labels
+contradict each other, those that the named rule agrees with set the ends: a contradiction does not
+narrow them.
 """
 
 from __future__ import annotations
@@ -22,9 +21,6 @@ from demospec.rules.clearance._version_space import BoolArray, ClearanceSpace
 
 SURE = 0.95
 """Posterior probability from which exact distances, or wrong ones, are taken for certain."""
-
-CAUTION = 0.3
-"""Factor of the weight of sharp answers: of the prior 55 % for a rule, a quarter for intervals."""
 
 Ends = tuple[float, float]
 
@@ -47,12 +43,9 @@ def ends_of(
             agrees with.
         columns: The classes that matter.
         agreeing: Whether that is every label.
-        sure: Probability of sharp answers from which these ends are the interval; less than
-            `SURE` where objects are known to stand where they are said to: then without caution.
+        sure: Probability of sharp answers from which these ends are the interval.
         compared: Whether pairs were compared too: they set no ends, and are weighed.
     """
-    if sure >= SURE:
-        weight = np.where(particles.kind == SHARP, CAUTION * weight, weight)
     share = sharp_share(particles, weight)
     if agreeing and (share >= sure or not columns):
         return {k: space.interval(columns, k) for k in columns}, True
