@@ -18,7 +18,7 @@ from demospec.cli._app import build_app
 from demospec.demonstrations import write_set
 from demospec.testing import demonstrator_set
 
-EACH = 12
+EACH = 8
 """Cases of an entry point in the quick suite."""
 
 MANY = 150
