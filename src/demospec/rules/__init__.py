@@ -38,28 +38,28 @@ if TYPE_CHECKING:
     from demospec.rules.constraints._beside import fit_with_constraints
     from demospec.rules.constraints._constraint import Constraint, When
     from demospec.rules.constraints._documents import constraint_from_json
-    from demospec.rules.constraints._feature import Feature, FeatureValue
     from demospec.rules.constraints._judge import Worst, margin, margins, worst
     from demospec.rules.constraints._learned import Learned
     from demospec.rules.constraints._left_out import kept_by_others
-    from demospec.rules.constraints._point_features import PointFeature
-    from demospec.rules.constraints._registry import (
-        constraint_feature,
-        path_features,
-        register_feature,
-    )
     from demospec.rules.constraints._simulate import simulate_by_rule
-    from demospec.rules.constraints._spatial import (
-        joined_things,
-        regions_of,
-        sector_direction,
-        table_of,
-    )
     from demospec.rules.constraints._words import (
         broken_parts,
         broken_words,
         constraint_words,
         quantity_words,
+    )
+    from demospec.rules.constraints.features._feature import Feature, FeatureValue
+    from demospec.rules.constraints.features._point_features import PointFeature
+    from demospec.rules.constraints.features._registry import (
+        constraint_feature,
+        path_features,
+        register_feature,
+    )
+    from demospec.rules.constraints.features._spatial import (
+        joined_things,
+        regions_of,
+        sector_direction,
+        table_of,
     )
     from demospec.rules.influence._answer import InfluenceAnswer
     from demospec.rules.influence._conflict import minimal_conflict
@@ -206,7 +206,7 @@ _HOME = {
     "solve_positive": "influence._one_class",
     "ConsistentSets": "influence._consistent_sets",
     "consistent_sets": "influence._consistent_sets",
-    "register_feature": "constraints._registry",
+    "register_feature": "constraints.features._registry",
     "Constraint": "constraints._constraint",
     "When": "constraints._constraint",
     "constraint_from_json": "constraints._documents",
@@ -214,15 +214,15 @@ _HOME = {
     "worst": "constraints._judge",
     "margin": "constraints._judge",
     "margins": "constraints._judge",
-    "Feature": "constraints._feature",
-    "FeatureValue": "constraints._feature",
-    "constraint_feature": "constraints._registry",
-    "path_features": "constraints._registry",
+    "Feature": "constraints.features._feature",
+    "FeatureValue": "constraints.features._feature",
+    "constraint_feature": "constraints.features._registry",
+    "path_features": "constraints.features._registry",
     "simulate_by_rule": "constraints._simulate",
-    "joined_things": "constraints._spatial",
-    "regions_of": "constraints._spatial",
-    "sector_direction": "constraints._spatial",
-    "table_of": "constraints._spatial",
+    "joined_things": "constraints.features._spatial",
+    "regions_of": "constraints.features._spatial",
+    "sector_direction": "constraints.features._spatial",
+    "table_of": "constraints.features._spatial",
     "broken_parts": "constraints._words",
     "broken_words": "constraints._words",
     "fit_with_constraints": "constraints._beside",
@@ -230,7 +230,7 @@ _HOME = {
     "kept_by_others": "constraints._left_out",
     "constraint_words": "constraints._words",
     "quantity_words": "constraints._words",
-    "PointFeature": "constraints._point_features",
+    "PointFeature": "constraints.features._point_features",
     "enough_problem": "_learning_curve",
     "enough_set": "_learning_curve",
     "enough_words": "_learning_curve",

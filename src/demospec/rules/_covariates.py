@@ -11,7 +11,7 @@ from demospec.demonstrations import DemonstrationSet
 from demospec.frames import FloatArray
 from demospec.rules._residuals import Covariate, groups
 from demospec.rules.constraints._constraint import Constraint
-from demospec.rules.constraints._registry import path_features
+from demospec.rules.constraints.features._registry import path_features
 
 _OF_TABLE = ("edge",)  # of the path in its scene, not of the path as such: `place` speaks of it
 _SIDES = ("+x", "-x", "+y", "-y")

@@ -14,9 +14,9 @@ import numpy as np
 from demospec.demonstrations import DemonstrationSet, Motion
 from demospec.frames import FloatArray
 from demospec.rules.constraints._constraint import SECTORS, Constraint, When
-from demospec.rules.constraints._feature import Feature
-from demospec.rules.constraints._registry import constraint_feature, path_features
-from demospec.rules.constraints._spatial import regions_of
+from demospec.rules.constraints.features._feature import Feature
+from demospec.rules.constraints.features._registry import constraint_feature, path_features
+from demospec.rules.constraints.features._spatial import regions_of
 from demospec.scene import Scene
 
 RADII = (0.05, 0.1, 0.15, 0.2, 0.3)

@@ -9,7 +9,7 @@ from typing import Any, cast
 from demospec.errors import InputError
 from demospec.frames import METRES, metres_of_unit
 from demospec.rules.constraints._constraint import SECTORS, Constraint, Sense, When, is_length
-from demospec.rules.constraints._registry import constraint_feature
+from demospec.rules.constraints.features._registry import constraint_feature
 
 
 def constraint_from_json(

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from demospec.demonstrations import Motion, Motions, Paths
 from demospec.frames import FloatArray
 from demospec.rules.constraints._constraint import Constraint
-from demospec.rules.constraints._registry import constraint_feature
+from demospec.rules.constraints.features._registry import constraint_feature
 from demospec.scene import Scene
 
 

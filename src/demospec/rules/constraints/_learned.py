@@ -14,11 +14,11 @@ from demospec.demonstrations import DemonstrationSet, Motion
 from demospec.frames import FloatArray
 from demospec.rules.constraints._columns import CLASSES, RADII, candidates, measured
 from demospec.rules.constraints._constraint import Constraint, When
-from demospec.rules.constraints._near_things import gaps, prepare, prepare_lines
-from demospec.rules.constraints._registry import constraint_feature
 from demospec.rules.constraints._search import Cut, Found, posterior, search, settled, thresholds
-from demospec.rules.constraints._spatial import joined_things
 from demospec.rules.constraints._words import constraint_words
+from demospec.rules.constraints.features._near_things import gaps, prepare, prepare_lines
+from demospec.rules.constraints.features._registry import constraint_feature
+from demospec.rules.constraints.features._spatial import joined_things
 from demospec.scene import Scene
 
 MOST = 400

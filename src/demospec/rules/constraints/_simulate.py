@@ -10,7 +10,7 @@ from demospec.errors import InputError
 from demospec.rules._documents import rules_document
 from demospec.rules._rule_set import RuleSet
 from demospec.rules._units import rules_in_unit
-from demospec.rules.constraints._registry import constraint_feature
+from demospec.rules.constraints.features._registry import constraint_feature
 
 TABLE_M = 0.82
 """Width of the simulated table, metres, at every size of picture."""

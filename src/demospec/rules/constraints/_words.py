@@ -8,7 +8,7 @@ from demospec.frames import describe_length
 from demospec.rules._sentences import plural
 from demospec.rules.constraints._constraint import Constraint, is_length
 from demospec.rules.constraints._judge import Worst
-from demospec.rules.constraints._registry import constraint_feature
+from demospec.rules.constraints.features._registry import constraint_feature
 
 _SIDES = {
     None: "from",

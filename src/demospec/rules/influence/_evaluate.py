@@ -14,7 +14,7 @@ from fractions import Fraction
 from math import floor, isqrt
 
 from demospec.errors import InputError
-from demospec.rules.constraints._point_features import feature_named
+from demospec.rules.constraints.features._point_features import feature_named
 from demospec.rules.influence._problem import (
     ARC_FINE,
     ARC_QUANTA,

@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike
 from demospec.errors import InputError
 from demospec.frames import FloatArray
 from demospec.rules._problem_fields import unread_fields
-from demospec.rules.constraints._point_features import feature_named
+from demospec.rules.constraints.features._point_features import feature_named
 
 Reading = Literal["sum", "nearest", "nearest_active", "max_active", "first"]
 Penalty = Literal["distance", "hinge", "count"]

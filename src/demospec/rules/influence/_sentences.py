@@ -7,7 +7,7 @@ from typing import Any
 
 from demospec.frames import describe_length
 from demospec.rules._sentences import listed, plural
-from demospec.rules.constraints._point_features import feature_named
+from demospec.rules.constraints.features._point_features import feature_named
 from demospec.rules.influence._answer import InfluenceAnswer
 from demospec.rules.influence._problem import RuleProblem
 

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from demospec.frames import FloatArray
-from demospec.rules.constraints._point_features import feature_named
+from demospec.rules.constraints.features._point_features import feature_named
 from demospec.rules.influence._problem import ARC_FINE, ARC_QUANTA, RuleObject
 
 IntArray = NDArray[np.int64]

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from demospec.errors import InputError
-from demospec.rules.constraints._point_features import feature_named
+from demospec.rules.constraints.features._point_features import feature_named
 from demospec.rules.influence._problem import RuleProblem
 from demospec.rules.influence.engines._arithmetic import IntArray
 from demospec.rules.influence.engines._shared_points import (

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from ortools.sat.python import cp_model
 
-from demospec.rules.constraints._point_features import feature_named
+from demospec.rules.constraints.features._point_features import feature_named
 from demospec.rules.influence._problem import RuleProblem, RuleTrajectory
 from demospec.rules.influence.engines._arithmetic import (
     Batch,

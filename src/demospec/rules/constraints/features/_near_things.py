@@ -9,7 +9,7 @@ import numpy as np
 from demospec.demonstrations import Motion
 from demospec.frames import FloatArray
 from demospec.geometry import Capsule, Disc, Footprint, Polygon, nearest_on_segments
-from demospec.rules.constraints._spans import spans_within
+from demospec.rules.constraints.features._spans import spans_within
 from demospec.scene import Scene, SceneObject
 
 Spans = dict[int, list[tuple[float, float]]]

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from demospec.rules.constraints import _kinematic as k
-from demospec.rules.constraints import _spatial as s
-from demospec.rules.constraints._feature import Feature
+from demospec.rules.constraints.features import _kinematic as k
+from demospec.rules.constraints.features import _spatial as s
+from demospec.rules.constraints.features._feature import Feature
 
 BUILT_IN = (
     Feature(

@@ -11,8 +11,8 @@ import numpy as np
 
 from demospec.demonstrations import Motion
 from demospec.frames import FloatArray
-from demospec.rules.constraints._feature import FeatureValue
-from demospec.rules.constraints._near_things import gaps, inside, things
+from demospec.rules.constraints.features._feature import FeatureValue
+from demospec.rules.constraints.features._near_things import gaps, inside, things
 from demospec.scene import Scene
 
 if TYPE_CHECKING:

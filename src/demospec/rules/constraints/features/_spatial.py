@@ -11,8 +11,8 @@ from demospec.demonstrations import Motion
 from demospec.errors import InputError
 from demospec.frames import FloatArray
 from demospec.geometry import Footprint, Polygon, extent, nearest_on_segments, rectangle
-from demospec.rules.constraints._feature import FeatureValue
-from demospec.rules.constraints._near_things import convex, gaps, inside, line_gaps, things
+from demospec.rules.constraints.features._feature import FeatureValue
+from demospec.rules.constraints.features._near_things import convex, gaps, inside, line_gaps, things
 from demospec.scene import Scene, SceneObject
 
 if TYPE_CHECKING:

@@ -8,10 +8,10 @@ feature gives every point a number and serves the thresholds of influence rules.
 from __future__ import annotations
 
 from demospec.errors import InputError
-from demospec.rules.constraints._built_in import BUILT_IN
-from demospec.rules.constraints._feature import Feature
-from demospec.rules.constraints._point_features import FEATURES as POINT_FEATURES
-from demospec.rules.constraints._point_features import PointFeature
+from demospec.rules.constraints.features._built_in import BUILT_IN
+from demospec.rules.constraints.features._feature import Feature
+from demospec.rules.constraints.features._point_features import FEATURES as POINT_FEATURES
+from demospec.rules.constraints.features._point_features import PointFeature
 
 _FEATURES: dict[str, Feature] = {feature.name: feature for feature in BUILT_IN}
 
