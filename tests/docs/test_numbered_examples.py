@@ -45,7 +45,16 @@ def test_example_runs(
     assert SAYS[name] in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("notebook", sorted(EXAMPLES.glob("*.ipynb")), ids=lambda p: p.stem)
+LONG = ("61_what_the_paper_model_learns",)  # trains the paper's model
+
+
+@pytest.mark.parametrize(
+    "notebook",
+    [
+        pytest.param(p, id=p.stem, marks=pytest.mark.slow if p.stem in LONG else ())
+        for p in sorted(EXAMPLES.glob("*.ipynb"))
+    ],
+)
 def test_notebook_runs(notebook: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """In a fresh kernel, in an empty folder."""
     monkeypatch.delenv("MPLBACKEND", raising=False)  # the notebook's own: pictures in the page

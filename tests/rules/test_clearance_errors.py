@@ -215,7 +215,9 @@ def test_knowing_what_was_passed_brings_the_clearance_nearer() -> None:
     assert np.mean(covered) > 0.75
 
 
-@pytest.mark.parametrize(("sd", "least"), [(0.0, 1.0), (2.0, 0.9)])
+@pytest.mark.parametrize(
+    ("sd", "least"), [(0.0, 1.0), pytest.param(2.0, 0.9, marks=pytest.mark.slow)]
+)
 def test_intervals_of_few_demonstrations_hold_the_truth(sd: float, least: float) -> None:
     """Two paths a scene do not tell whether lists are exact; the ends that exact lists set held
     the truth in 51 of the 60 worlds whose lists are off."""

@@ -209,6 +209,7 @@ def test_an_unknown_setting_is_refused(data):
         fit_model(data.of_split("train"), "field", speed=3)
 
 
+@pytest.mark.slow
 def test_tuning_leaves_the_shipped_network_alone_and_brings_it_nearer_to_the_outlines(data):
     from demospec.perception import arrays_of, load_network, observe
     from demospec.perception.training import TuneSettings, tuned_network
