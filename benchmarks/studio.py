@@ -107,13 +107,14 @@ def cpu_s(process: Any) -> float:
     return float(used.user + used.system)
 
 
-def started(out: Path) -> tuple[subprocess.Popen[bytes], str]:
+def started(out: Path, *arguments: str) -> tuple[subprocess.Popen[bytes], str]:
+    """A studio of its own, and its address once it answers."""
     with socket.socket() as s:
         s.bind(("127.0.0.1", 0))
         port = int(s.getsockname()[1])
     process = subprocess.Popen(
-        [sys.executable, "-m", "demospec", "studio", "--port", str(port), "--no-browser",
-         "--out", str(out)],
+        [sys.executable, "-m", "demospec", "studio", *arguments, "--port", str(port),
+         "--no-browser", "--out", str(out)],
         stderr=subprocess.DEVNULL,
     )  # fmt: skip
     address = f"http://127.0.0.1:{port}"

@@ -15,8 +15,6 @@ import argparse
 import json
 import os
 import platform
-import socket
-import subprocess
 import sys
 import tempfile
 import time
@@ -25,6 +23,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+from studio import started
 
 RESULTS = Path(__file__).parent / "results"
 OPENED = (
@@ -42,7 +42,7 @@ def main() -> int:
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         data = options.set or made(Path(folder) / "set", options.scenes, options.paths)
-        process, address = started(data, Path(folder) / "taught")
+        process, address = started(Path(folder) / "taught", str(data))
         try:
             document = measured(address)
         finally:
@@ -72,25 +72,6 @@ def made(place: Path, scenes: int, paths: int) -> Path:
     first = np.concatenate([rows[:paths] for rows in data.rows_by_scene().values()])
     mine = data.select(np.sort(first))
     return write_set(replace(mine, name="large"), place)
-
-
-def started(data: Path, out: Path) -> tuple[subprocess.Popen[bytes], str]:
-    with socket.socket() as s:
-        s.bind(("127.0.0.1", 0))
-        port = int(s.getsockname()[1])
-    process = subprocess.Popen(
-        [sys.executable, "-m", "demospec", "studio", str(data), "--port", str(port),
-         "--no-browser", "--out", str(out)],
-        stderr=subprocess.DEVNULL,
-    )  # fmt: skip
-    address = f"http://127.0.0.1:{port}"
-    for _ in range(600):
-        try:
-            with urllib.request.urlopen(address + "/studio-static/studio.css", timeout=1):
-                return process, address
-        except OSError:
-            time.sleep(0.1)
-    raise RuntimeError("the studio did not start")
 
 
 def asked(address: str, path: str, body: Any = None) -> tuple[Any, float]:

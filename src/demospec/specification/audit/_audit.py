@@ -345,7 +345,8 @@ def _against(fit: ClearanceFit, own: Evidence) -> FloatArray:
 def _against_all(fit: ClearanceFit, own: Evidence, asked: Learned) -> FloatArray:
     """(n,) probability that the verdict of clearances and constraints is not the label.
 
-    Thresholds of constraints are those of the other labels.
+    Thresholds of constraints are those of the other labels; which constraints they are, and the
+    clearances beside them, are those of all labels.
     """
     limit = np.array([fit.rule.value.get(name, -np.inf) for name in own.names])
     near = np.asarray((own.values >= limit).all(axis=1))
